@@ -70,6 +70,16 @@ class Diagnostics:
         out._items = list(self._items)
         return out
 
+    def later_than(self, count: int) -> Diagnostics:
+        """Return new diagnostics with all findings but the first ones."""
+        out = Diagnostics()
+        out._items = self._items[count:]
+        return out
+
+    def extend(self, other: Diagnostics) -> None:
+        """Record all findings of others, in their order."""
+        self._items += other._items
+
     def add(self, kind: Kind, code: str, osm_id: str, message: str) -> None:
         """Record one finding."""
         self._items.append(Diagnostic(kind, code, osm_id, message))

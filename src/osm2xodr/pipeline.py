@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.curves import inside_outline, lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.furniture import FurnitureOptions, place_furniture
+from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture
 from osm2xodr.geometry import (
     COMMON_ORIGIN,
     ElevationOptions,
@@ -82,10 +82,13 @@ def convert(
         on_stage("reading the elevation model")
     terrain = _read_terrain(options, network, diagnostics)
     on_stage("building roads")
-    road_map = _build_roads(options, network, terrain, diagnostics)
-    _report_ways_inside(network, road_map, diagnostics)
-    on_stage("placing signals and objects")
-    road_map = place_furniture(network, road_map, options.furniture, diagnostics)
+    with _Furnishing(options, network, diagnostics) as furnishing:
+        road_map = _build_roads(options, network, terrain, diagnostics, furnishing.begin)
+        _report_ways_inside(network, road_map, diagnostics)
+        on_stage("placing signals and objects")
+        placed, found = furnishing.result()
+    diagnostics.extend(found)
+    road_map = with_furniture(road_map, placed)
     if partition is not None:
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)
@@ -115,15 +118,54 @@ def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics:
     return _Terrain(surface, ground, surface.dems)
 
 
+class _Furnishing:
+    """Places furniture while junctions get their floor; within the block."""
+
+    def __init__(self, options: PipelineOptions, network: StreetNetwork, diagnostics: Diagnostics) -> None:
+        self._options, self._network, self._diagnostics = options, network, diagnostics
+        self._task: Task[tuple[Placed | None, Diagnostics]] | None = None
+
+    def __enter__(self) -> _Furnishing:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+    def begin(self, road_map: RoadMap) -> None:
+        """Begin to place it on the roads of a map."""
+        options = self._options
+        work = partial(_furnish, self._network, road_map, options.furniture, self._diagnostics.copy())
+        self._task = Task(work, apart=options.jobs > 1 and options.furniture.enabled)
+
+    def result(self) -> tuple[Placed | None, Diagnostics]:
+        """Return what was placed, and what was found meanwhile."""
+        return (None, Diagnostics()) if self._task is None else self._task.result()
+
+
+def _furnish(
+    network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, diagnostics: Diagnostics
+) -> tuple[Placed | None, Diagnostics]:
+    known = len(diagnostics)
+    placed = find_furniture(network, road_map, options, diagnostics)
+    return placed, diagnostics.later_than(known)
+
+
 def _build_roads(
-    options: PipelineOptions, network: StreetNetwork, terrain: _Terrain, diagnostics: Diagnostics
+    options: PipelineOptions,
+    network: StreetNetwork,
+    terrain: _Terrain,
+    diagnostics: Diagnostics,
+    on_lanes: Callable[[RoadMap], None],
 ) -> RoadMap:
     """Lay out roads and junctions, and solve their heights."""
     ground = terrain.ground
     result = None if ground is None else ground.result
     around = _neighbourhood(options, network)
     try:
-        return build_roads(network, terrain.surface, diagnostics, options.elevation, options.roads, result, around)
+        return build_roads(
+            network, terrain.surface, diagnostics, options.elevation, options.roads, result, around, on_lanes
+        )
     finally:
         if ground is not None:
             ground.cancel()

@@ -18,16 +18,16 @@ needs_fork = pytest.mark.skipif(not can_fork(), reason="this system cannot copy 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3, 20])
 def test_values_come_in_the_order_of_the_items(jobs: int) -> None:
-    assert map_parallel(lambda item: item * item, range(11), jobs) == [k * k for k in range(11)]
+    assert list(map_parallel(lambda item: item * item, range(11), jobs)) == [k * k for k in range(11)]
 
 
 def test_nothing_to_do_is_no_work() -> None:
-    assert map_parallel(lambda item: item, [], 4) == []
+    assert list(map_parallel(lambda item: item, [], 4)) == []
 
 
 @needs_fork
 def test_items_are_shared_between_this_process_and_its_copies() -> None:
-    processes = map_parallel(lambda item: os.getpid(), range(4), 2)
+    processes = list(map_parallel(lambda item: os.getpid(), range(4), 2))
     assert processes[0] == processes[2] == os.getpid()
     assert processes[1] == processes[3] != os.getpid()
 
@@ -49,8 +49,22 @@ def fail(item: int) -> int:
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_error_reaches_the_caller(jobs: int) -> None:
     with pytest.raises(ValueError, match="item 3 is wrong"):
-        map_parallel(fail, range(5), jobs)
+        list(map_parallel(fail, range(5), jobs))
     assert not multiprocessing.active_children()
+
+
+@needs_fork
+def test_values_are_there_as_soon_as_they_are_made_and_copies_end_with_the_last_that_is_asked_for() -> None:
+    values = map_parallel(lambda item: time.sleep(60) if item > 1 else item, range(4), 2)
+    assert [next(values), next(values)] == [0, 1]
+    values.close()
+    assert not multiprocessing.active_children()
+
+
+@needs_fork
+def test_values_larger_than_a_pipe_come_whole() -> None:
+    found = list(map_parallel(lambda item: bytes([item]) * 3_000_000, range(5), 2))
+    assert [(len(each), each[0], each[-1]) for each in found] == [(3_000_000, k, k) for k in range(5)]
 
 
 @needs_fork
@@ -62,7 +76,7 @@ def test_an_error_of_this_process_stops_its_copies() -> None:
 
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        map_parallel(work, range(2), 2)
+        list(map_parallel(work, range(2), 2))
     assert time.monotonic() - began < 30
     assert not multiprocessing.active_children()
 

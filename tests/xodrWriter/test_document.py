@@ -83,7 +83,8 @@ def test_roads() -> None:
     roads = root.findall("road")
     assert [road.get("id") for road in roads] == ["1", "2", "3", "4"]
     assert [road.get("junction") for road in roads] == ["-1", "-1", "5", "5"]
-    assert {road.get("rule") for road in roads} == {"RHT"}
+    # Traffic drives on the right by default.
+    assert {road.get("rule") for road in roads} == {None}
     assert roads[0].get("name") == 'Carrer d\'"A & B" <Ç>'
     assert float(roads[1].get("length")) == pytest.approx(80.0 + 10.0 * math.pi, abs=6e-8)
     order = [child.tag for child in roads[1]]
@@ -142,8 +143,7 @@ def test_profiles_that_are_0_throughout_are_left_out() -> None:
     road_map = crossing()
     flat = profile([[(0.0, 0.0, 0.0, 0.0, 0.0)]] * 4)
     root = parsed(written(replace(road_map, superelevation=flat, lane_offset=flat, elevation=flat)))
-    assert list(root.iter("lateralProfile", "laneOffset")) == []
-    assert len(list(root.iter("elevation"))) == 4
+    assert list(root.iter("elevationProfile", "lateralProfile", "laneOffset")) == []
 
 
 def test_lanes() -> None:
@@ -272,9 +272,9 @@ def test_every_road_gets_its_own_records() -> None:
     roads = parsed(written(straight_roads(count))).findall("road")
     assert [road.get("name") for road in roads] == [str(index) for index in range(count)]
     assert [float(road.find("planView/geometry").get("x")) for road in roads] == [float(i) for i in range(count)]
-    assert [float(road.find("elevationProfile/elevation").get("a")) for road in roads] == [
-        i / 8 for i in range(count)
-    ]
+    assert roads[0].find("elevationProfile") is None
+    heights = [float(road.find("elevationProfile/elevation").get("a")) for road in roads[1:]]
+    assert heights == [i / 8 for i in range(1, count)]
     assert [len(road.findall("lanes/laneOffset")) for road in roads] == [i % 3 for i in range(count)]
 
 

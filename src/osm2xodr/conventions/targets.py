@@ -58,6 +58,10 @@ class Target:
     # client, for both driving sides. Its ``Waypoint.lane_change`` is wrong with either word about marks that only one
     # side may cross.
     changes_as_driven: bool = False
+    # Whether connecting roads have marks of type ``none``. They are most of all marks, and say nothing, except to
+    # CARLA: without them `Waypoint.left_lane_marking` is None there, and `lane_change` is ``Both`` although there is
+    # no other lane for cars (``Waypoint.cpp``; measured with its client).
+    marks_in_junctions: bool = False
     # Whether lane ids of left-hand networks are negated. SUMO's netconvert ignores ``rule``: it takes lanes of
     # negative ids for those along s, and `--lefthand` puts them on the left (measured with 1.28; its own export of
     # left-hand networks does the same, option ``opendrive-output.lefthand-left``).
@@ -105,7 +109,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
         item.name: item
         for item in (
             Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
-            Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True),
+            Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True, marks_in_junctions=True),
             Target("esmini", value_in_subtype=False, lane_types=(("bus", "restricted"), ("taxi", "restricted"))),
             Target(
                 "sumo",

@@ -2,43 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from osm2xodr.furniture.options import EXTRA_OBJECTS, FurnitureOptions, parse_objects_option
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
-    from osm2xodr.model import RoadMap, RoadObject, Signal, StreetNetwork
+    from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
-__all__ = ["EXTRA_OBJECTS", "FurnitureOptions", "parse_objects_option", "place_furniture"]
+__all__ = ["EXTRA_OBJECTS", "FurnitureOptions", "Placed", "find_furniture", "parse_objects_option", "with_furniture"]
 
 
-def place_furniture(
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """What stands on and beside roads, and where these need it to cut their lane sections."""
+
+    furniture: Furniture
+    section_breaks: tuple[tuple[int, float], ...]  # Id of a road, and s, m
+
+
+def find_furniture(
     network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, diagnostics: Diagnostics
-) -> RoadMap:
-    """Return a road map with everything that stands on and beside its roads.
+) -> Placed | None:
+    """Return everything that stands on and beside roads; None where none is wanted.
 
     Parameters
     ----------
     network
         What OSM says.
     road_map
-        The roads; with `RoadMap.places`.
+        The roads, with their heights and `RoadMap.places`; the floor of junctions may be missing.
     options
         What the user chose.
     diagnostics
         Gets what is guessed, and what is dropped and why.
     """
     # Here, so that the command line starts without numpy.
-    from osm2xodr.furniture.lights import cut_sections, place_lights
+    from osm2xodr.furniture.lights import place_lights
     from osm2xodr.furniture.objects import find_crossings, place_objects, place_structures
     from osm2xodr.furniture.signs import place_signs
     from osm2xodr.furniture.world import LaneTable, World, find_approaches
     from osm2xodr.model import Furniture
 
     if not options.enabled or road_map.places is None:
-        return road_map
+        return None
     world = World(network, road_map, road_map.places, LaneTable(road_map), options, diagnostics)
     crossings = find_crossings(world)
     approaches = find_approaches(world, crossings)
@@ -62,7 +70,16 @@ def place_furniture(
             "objects": float(len(objects)),
         },
     )
-    return replace(cut_sections(road_map, lights.section_breaks), furniture=furniture)
+    return Placed(furniture, tuple(lights.section_breaks))
+
+
+def with_furniture(road_map: RoadMap, placed: Placed | None) -> RoadMap:
+    """Return the road map that furniture was found for, with it."""
+    from osm2xodr.furniture.lights import cut_sections
+
+    if placed is None:
+        return road_map
+    return replace(cut_sections(road_map, placed.section_breaks), furniture=placed.furniture)
 
 
 def _place(item: Signal | RoadObject) -> tuple[int, float, int]:

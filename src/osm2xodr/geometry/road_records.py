@@ -27,6 +27,7 @@ from osm2xodr.model import (
     LaneType,
     Road,
     RoadLink,
+    RoadMap,
     RoadType,
     Rule,
     StreetNetwork,
@@ -142,7 +143,7 @@ def _linked(
 
 
 def connecting_road_records(
-    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule, floor: Floor
+    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule
 ) -> list[Road]:
     """Return the roads through junctions; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
@@ -177,7 +178,7 @@ def connecting_road_records(
                 predecessor=links[entry],
                 successor=links[exit_],
                 types=types[entry],
-                lane_sections=_with_floor(known[key], floor.left.get(k), floor.right.get(k)),
+                lane_sections=known[key],
                 osm_way_ids=(),
             )
         )
@@ -228,12 +229,20 @@ def _lanes_through(
     return (LaneSection(0.0, (_CENTRE_LANE, *lanes) if own < 0 else (*reversed(lanes), _CENTRE_LANE)),)
 
 
-def _with_floor(
+def with_floor(road_map: RoadMap, first: int, floor: Floor) -> RoadMap:
+    """Return a road map with the floor of junctions beside connecting roads, which begin at road number `first`."""
+    roads = list(road_map.roads)
+    for k in sorted(floor.left.keys() | floor.right.keys()):
+        road = roads[first + k]
+        sections = _with_strips(road.lane_sections, floor.left.get(k), floor.right.get(k))
+        roads[first + k] = replace(road, lane_sections=sections)
+    return replace(road_map, roads=tuple(roads))
+
+
+def _with_strips(
     sections: tuple[LaneSection, ...], left: tuple[Cubic, ...] | None, right: tuple[Cubic, ...] | None
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road with the junction's floor beside its lanes."""
-    if left is None and right is None:
-        return sections
     lanes = sections[0].lanes
     # A border is as high as the lanes for cars beside it (ASAM OpenDRIVE 1.8, 11.7.1).
     outer = [

@@ -39,6 +39,7 @@ from osm2xodr.geometry.road_records import (
     connecting_road_records,
     junction_records,
     road_records,
+    with_floor,
 )
 from osm2xodr.model import Borders, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import advance, release_memory
@@ -52,6 +53,7 @@ def build_roads(
     road_options: RoadOptions | None = None,
     ground: Callable[[], Ground] | None = None,
     neighbourhood: Neighbourhood | None = None,
+    on_lanes: Callable[[RoadMap], None] | None = None,
 ) -> RoadMap:
     """Turn streets into roads, intersections into junctions, and give all of them heights.
 
@@ -72,6 +74,8 @@ def build_roads(
     neighbourhood
         The areas side by side that this is one of. The road map then says which of them its roads belong to, and
         heights where roads are cut are common to both sides.
+    on_lanes
+        Called with the road map when roads have their lanes and heights, but junctions no floor yet.
     """
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     release_memory()
@@ -94,6 +98,9 @@ def build_roads(
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
     road_map = _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    if on_lanes is not None:
+        on_lanes(road_map)
+    road_map = with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
     return with_clearances(road_map, problem, diagnostics)
 
 
@@ -116,7 +123,7 @@ def _road_map(
     borders: Borders | None,
     diagnostics: Diagnostics,
 ) -> RoadMap:
-    """Put everything together; `through` are all roads through junctions."""
+    """Put everything together but the floor of junctions; `through` are all roads through these."""
     parts, layout = plan.parts, plan.layout
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
@@ -128,7 +135,7 @@ def _road_map(
         rule=network.rule,
         roads=(
             *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule, lay_floor(through, network.rule)),
+            *connecting_road_records(through, parts, lanes, ids, network.rule),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),

@@ -13,7 +13,7 @@ import signal
 import threading
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -30,25 +30,20 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 
-class Task(Generic[T]):
-    """The result of a function, computed in a copy of this process (`apart`) or when it is asked for.
+class _Copy(Generic[T]):
+    """A copy of this process, which works and hands back one value after the other.
 
-    The function must neither write files nor change the parent's data: only its result comes back.
+    It waits with each until the one before is fetched.
     """
 
-    def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
-        self._function = function
-        self._process: BaseProcess | None = None
-        if apart and can_fork():
-            self._start()
-
-    def _start(self) -> None:
+    def __init__(self, work: Callable[[], Iterable[T]]) -> None:
         # Here, because most commands do not need it.
         import multiprocessing
 
         context = multiprocessing.get_context("fork")
+        self._receiver: Connection
         self._receiver, sender = context.Pipe(duplex=False)
-        self._process = context.Process(target=_run, args=(self._function, sender, os.getpid()), daemon=True)
+        self._process: BaseProcess = context.Process(target=_run, args=(work, sender, os.getpid()), daemon=True)
         with warnings.catch_warnings():
             # Python warns that the copy lacks the threads of this process. Those of the OSM reader and of linear
             # algebra wait for work, hold no lock, and are not used in the copy.
@@ -56,13 +51,8 @@ class Task(Generic[T]):
             self._process.start()
         sender.close()
 
-    def result(self) -> T:
-        """Wait for the function's result and return it, or raise what it raised.
-
-        `Osm2xodrError` says that the copy of the process was killed.
-        """
-        if self._process is None:
-            return self._function()
+    def fetch(self) -> T:
+        """Wait for the next value and return it, or raise what the work raised."""
         try:
             value, error = self._receiver.recv()
         except EOFError:
@@ -71,19 +61,45 @@ class Task(Generic[T]):
                 f"a worker process was killed (exit status {self._process.exitcode}), perhaps for want of memory;"
                 " try again with --jobs 1"
             ) from None
-        finally:
-            self._receiver.close()
-        self._process.join()
         if error is not None:
             raise error
         out: T = value
         return out
 
+    def end(self) -> None:
+        """Stop the copy if it still runs."""
+        self._receiver.close()
+        if self._process.is_alive():
+            self._process.kill()
+        self._process.join()
+
+
+class Task(Generic[T]):
+    """The result of a function, computed in a copy of this process (`apart`) or when it is asked for.
+
+    The function must neither write files nor change the parent's data: only its result comes back.
+    """
+
+    def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
+        self._function = function
+        self._copy = _Copy(lambda: (function(),)) if apart and can_fork() else None
+
+    def result(self) -> T:
+        """Wait for the function's result and return it, or raise what it raised.
+
+        `Osm2xodrError` says that the copy of the process was killed.
+        """
+        if self._copy is None:
+            return self._function()
+        try:
+            return self._copy.fetch()
+        finally:
+            self._copy.end()
+
     def cancel(self) -> None:
         """Stop the copy of the process, if one runs."""
-        if self._process is not None and self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        if self._copy is not None:
+            self._copy.end()
 
 
 def can_fork() -> bool:
@@ -96,41 +112,38 @@ def available_jobs() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int) -> list[T]:
-    """Return the function's value for each item, in order, computed by `jobs` processes; this one does its share.
+def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int) -> Generator[T, None, None]:
+    """Yield the function's value for each item, in order, computed by `jobs` processes; this one does its share.
 
-    Items are dealt out in turns, so that neighbours, which often take equally long, spread over the processes. As for
-    `Task`, the function must not change the parent's data.
+    Items are dealt out in turns, so that neighbours, which often take equally long, spread over the processes. Each
+    copy holds one value at most that has not been asked for. As for `Task`, the function must not change the parent's
+    data.
     """
-    jobs = max(1, min(jobs, len(items)))
-    work = [partial(_values, function, items[k::jobs]) for k in range(jobs)]
-    tasks = [Task(share, apart=True) for share in work[1:]]
+    jobs = max(1, min(jobs, len(items))) if can_fork() else 1
+    copies = [_Copy(partial(map, function, items[k::jobs])) for k in range(1, jobs)]
     try:
-        shares = [work[0](), *(task.result() for task in tasks)]
-    except BaseException:
-        for task in tasks:
-            task.cancel()
-        raise
-    return [shares[k % jobs][k // jobs] for k in range(len(items))]
+        for k, item in enumerate(items):
+            yield copies[k % jobs - 1].fetch() if k % jobs else function(item)
+    finally:
+        for copy in copies:
+            copy.end()
 
 
-def _values(function: Callable[[Item], T], items: Sequence[Item]) -> list[T]:
-    return [function(item) for item in items]
-
-
-def _run(function: Callable[[], T], sender: Connection, parent: int) -> None:
-    """Send a function's result or error to the parent."""
+def _run(work: Callable[[], Iterable[T]], sender: Connection, parent: int) -> None:
+    """Send the values of some work to the parent, or the error that ends it."""
     # The parent reports an interruption; copies just end.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    try:
-        value: tuple[T | None, BaseException | None] = function(), None
-    except Exception as error:
-        value = None, error
     # The pipe is broken if the parent was killed.
     with contextlib.suppress(BrokenPipeError):
-        sender.send(value)
+        try:
+            for value in work():
+                sender.send((value, None))
+        except BrokenPipeError:
+            raise
+        except Exception as error:
+            sender.send((None, error))
     sender.close()
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import Final
 
@@ -22,9 +23,10 @@ from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.tables import are_zero, cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.words import Words
 
-# Roads (or junctions) per block of text, 1 to 3 MB, and blocks that each process makes before they are written:
-# enough to be worth the copy of the process, and few enough to hold in memory.
+# Roads and junctions per block of text, 1 to 2 MB: processes that make them in turns take about equally long, and
+# hold little at a time. The least number of blocks that is worth another process.
 _ROADS_PER_BLOCK: Final = 1000
+_JUNCTIONS_PER_BLOCK: Final = 4000
 _BLOCKS_PER_PROCESS: Final = 5
 
 _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
@@ -39,13 +41,12 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    rule = road_map.rule.value if options.dialect.has_rule else None
     as_met = target.priority_signs
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
-    writer = RoadWriter(rule, words, furniture)
+    left_hand = options.dialect.has_rule and road_map.rule is Rule.LEFT_HAND
+    writer = RoadWriter(words, furniture, left_hand=left_hand, marks_in_junctions=target.marks_in_junctions)
     stream.write(_header(road_map, options).encode())
-    _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
-    _write_junctions(road_map, stream, words)
+    _write_blocks(road_map, stream, _RoadBlocks(road_map, lengths, writer), words, jobs)
     stream.write(b"</OpenDRIVE>\n")
     _note_what_is_lost(road_map, options, words, diagnostics)
 
@@ -134,51 +135,52 @@ def _turns_to(plan: PlanView, records: IntArray, heading: float) -> Iterator[tup
 class _RoadBlocks:
     """Make the text of a block of roads, in this process or a copy of it."""
 
-    def __init__(self, road_map: RoadMap, lengths: FloatArray, writer: RoadWriter, words: Words) -> None:
+    def __init__(self, road_map: RoadMap, lengths: FloatArray, writer: RoadWriter) -> None:
         self._map = road_map
         self._lengths = lengths
-        self._words = words
         self._writer = writer
 
-    def __call__(self, first: int) -> tuple[bytes, frozenset[tuple[str, str]]]:
-        """Return the text from road `first` on, and the words that have been replaced so far."""
+    def __call__(self, first: int) -> str:
+        """Return the text from road `first` on."""
         road_map, lengths = self._map, self._lengths
         last = min(first + _ROADS_PER_BLOCK, len(road_map.roads))
         tables = map(
             RoadTables,
             lengths[first:last].tolist(),
             plan_view_texts(road_map.plan_view, first, last),
-            cubic_texts(road_map.elevation, lengths, "elevation", first, last),
+            _texts_if_not_zero(road_map.elevation, lengths, "elevation", first, last),
             _texts_if_not_zero(road_map.superelevation, lengths, "superelevation", first, last),
             _texts_if_not_zero(road_map.lane_offset, lengths, "laneOffset", first, last),
             _unmeasured_texts(road_map, first, last),
         )
         roads = road_map.roads[first:last]
-        texts = [self._writer.road(road, table) for road, table in zip(roads, tables, strict=True)]
-        return "".join(texts).encode(), frozenset(self._words.replaced)
+        return "".join([self._writer.road(road, table) for road, table in zip(roads, tables, strict=True)])
 
 
-def _write_roads(road_map: RoadMap, stream: ByteSink, blocks: _RoadBlocks, words: Words, jobs: int) -> None:
-    """Write all roads, in rounds, so that only the text of some of them is held at a time."""
-    firsts = range(0, len(road_map.roads), _ROADS_PER_BLOCK)
-    # Less than two rounds' work is done sooner than the process is copied.
-    jobs = min(jobs, len(firsts) // _BLOCKS_PER_PROCESS)
-    each = jobs * _BLOCKS_PER_PROCESS if jobs > 1 else 1
-    for at in range(0, len(firsts), each):
-        for text, replaced in map_parallel(blocks, firsts[at : at + each], jobs):
-            stream.write(text)
-            # Copies of the process keep their own record.
-            words.replaced |= replaced
-
-
-def _write_junctions(road_map: RoadMap, stream: ByteSink, words: Words) -> None:
-    """Write the controllers and the junctions."""
+def _write_blocks(road_map: RoadMap, stream: ByteSink, roads: _RoadBlocks, words: Words, jobs: int) -> None:
+    """Write all roads, controllers and junctions, in blocks, so that only the text of some is held at a time."""
     controllers = road_map.furniture.controllers
-    stream.write(controllers_text(controllers).encode())
-    inner = junction_controllers(controllers)
-    for first in range(0, len(road_map.junctions), _ROADS_PER_BLOCK):
-        block = road_map.junctions[first : first + _ROADS_PER_BLOCK]
-        stream.write("".join([junction_text(item, words, inner.get(item.id, "")) for item in block]).encode())
+    junctions = partial(_junctions, road_map, words, junction_controllers(controllers))
+    blocks = [
+        *(partial(roads, first) for first in range(0, len(road_map.roads), _ROADS_PER_BLOCK)),
+        partial(controllers_text, controllers),
+        *(partial(junctions, first) for first in range(0, len(road_map.junctions), _JUNCTIONS_PER_BLOCK)),
+    ]
+
+    def made(block: Callable[[], str]) -> tuple[bytes, frozenset[tuple[str, str]]]:
+        """Return the text of a block, and the words that have been replaced so far: copies keep their own record."""
+        return block().encode(), frozenset(words.replaced)
+
+    # Less work is done sooner than the process is copied.
+    for text, replaced in map_parallel(made, blocks, min(jobs, len(blocks) // _BLOCKS_PER_PROCESS)):
+        stream.write(text)
+        words.replaced |= replaced
+
+
+def _junctions(road_map: RoadMap, words: Words, controllers: Mapping[int, str], first: int) -> str:
+    """Return the text of a block of junctions; `controllers` is what is within them."""
+    block = road_map.junctions[first : first + _JUNCTIONS_PER_BLOCK]
+    return "".join([junction_text(item, words, controllers.get(item.id, "")) for item in block])
 
 
 def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:

@@ -71,6 +71,11 @@ def attribute(text: str) -> str:
     return clean.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
+def name_attribute(name: str) -> str:
+    """Return the name of a road or junction as an attribute, empty if it has none: then it may be missing."""
+    return f' name="{attribute(name)}"' if name else ""
+
+
 def user_data(code: str, value: str, indent: str) -> str:
     """Return a ``<userData>`` element, empty if the value is."""
     return f'{indent}<userData code="{code}" value="{attribute(value)}"/>\n' if value else ""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import Final, TypeAlias
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.model import (
+    VEHICLE_LANES,
     Access,
     Cubic,
     Junction,
@@ -19,52 +21,62 @@ from osm2xodr.model import (
     record,
 )
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import attribute, number, position, user_data
+from osm2xodr.xodrWriter.formatting import name_attribute, number, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.words import Words
+
+# Lanes whose marks readers look at: those that cars, bicycles or parked cars are on.
+_MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
 
 class LaneWriter:
-    """Make the text of lane sections; remember the parts of lanes, since even whole cities have only a few kinds."""
+    """Make the text of lane sections; remember the parts of lanes, since even whole cities have only a few kinds.
 
-    def __init__(self, words: Words) -> None:
+    `marks_in_junctions` also writes marks that are none of connecting roads, see `osm2xodr.conventions.Target`.
+    """
+
+    def __init__(self, words: Words, *, marks_in_junctions: bool = False) -> None:
         self._words = words
-        self._sections: dict[int, str] = {}
-        self._heads: dict[_Head, str] = {}
+        self._marks_in_junctions = marks_in_junctions
+        self._sections: dict[tuple[int, bool], str] = {}
+        self._heads: dict[_Head, tuple[str, str]] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
         # By side of the centre line, on which the words for a mark may depend.
         self._marks: tuple[dict[RoadMark, str], ...] = ({}, {}, {})
 
-    def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
+    def sections(self, sections: tuple[LaneSection, ...], length: float, *, in_junction: bool = False) -> str:
         """Return the ``<laneSection>`` elements of a road of a length, m."""
+        bare = in_junction and not self._marks_in_junctions
         if len(sections) == 1 and sections[0].s == 0.0:
             # Roads share sections that are alike, so identity is enough (the map keeps them alive).
-            known = self._sections.get(id(sections[0]))
+            key = id(sections[0]), bare
+            known = self._sections.get(key)
             if known is None:
-                known = self._sections[id(sections[0])] = self._section(sections[0], "0")
+                known = self._sections[key] = self._section(sections[0], "0", bare)
             return known
         starts = [position(section.s) for section in sections]
         starts[-1] = formatting.start_of_last(sections[-1].s, length)
-        return "".join([self._section(*pair) for pair in zip(sections, starts, strict=True)])
+        return "".join([self._section(*pair, bare) for pair in zip(sections, starts, strict=True)])
 
-    def _section(self, section: LaneSection, start: str) -> str:
+    def _section(self, section: LaneSection, start: str, bare: bool) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
+        unmarked = _unmarked(section.lanes, bare)
         for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
-            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane))
+            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked))
         sides = zip(("left", "center", "right"), map("".join, texts.values()), strict=True)
-        inner = [f"    <{tag}>\n{text}    </{tag}>\n" for tag, text in sides if text or tag == "center"]
+        inner = [_side_text(tag, text) for tag, text in sides if text or tag == "center"]
         return f'   <laneSection s="{start}">\n{"".join(inner)}   </laneSection>\n'
 
-    def _lane(self, lane: Lane) -> str:
+    def _lane(self, lane: Lane, unmarked: bool) -> str:
         """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
-        text = self._heads.get(key) or self._head(key)
+        head, text = self._heads.get(key) or self._head(key)
         widths = self._widths.get(lane.widths)
         text += self._width(lane.widths) if widths is None else widths
-        if lane.road_mark is not None:
+        if lane.road_mark is not None and not unmarked:
             side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None:
@@ -73,21 +85,21 @@ class LaneWriter:
             text += f'      <access sOffset="0" rule="allow" restriction="{user}"/>\n'
         if lane.height:
             text += _heights(lane)
-        return f"{text}     </lane>\n"
+        return f"{head}>\n{text}     </lane>\n" if text else f"{head}/>\n"
 
-    def _head(self, key: _Head) -> str:
-        """Return and remember the start of a lane and its links."""
+    def _head(self, key: _Head) -> tuple[str, str]:
+        """Return and remember the start of a lane, and its links."""
         number_, kind, predecessor, successor = key
         runs = self._words.lane_direction(kind.value)
         direction = f' direction="{runs}"' if runs else ""
         words = self._words
-        text = f'     <lane id="{words.lane_id(number_)}" type="{words.lane_type(kind.value)}"{direction}>\n'
+        head, links = f'     <lane id="{words.lane_id(number_)}" type="{words.lane_type(kind.value)}"{direction}', ""
         if predecessor is not None or successor is not None:
             before = "" if predecessor is None else f'<predecessor id="{words.lane_id(predecessor)}"/>'
             after = "" if successor is None else f'<successor id="{words.lane_id(successor)}"/>'
-            text += f"      <link>{before}{after}</link>\n"
-        self._heads[key] = text
-        return text
+            links = f"      <link>{before}{after}</link>\n"
+        self._heads[key] = head, links
+        return head, links
 
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Return and remember the ``<width>`` elements of a lane."""
@@ -111,6 +123,27 @@ class LaneWriter:
         return text
 
 
+def _unmarked(lanes: tuple[Lane, ...], bare: bool) -> frozenset[int]:
+    """Return the ids of lanes whose mark is none and is not written; `bare` in junctions, of lanes for cars as well.
+
+    CARLA asks outside junctions for the marks at both edges of a lane that cars, bicycles or parked cars are on, and
+    wherever a lane has a mark for that of the next inner lane; without them it ends. See `docs/readers.md`.
+    """
+    out: list[int] = []
+    whole = True
+    for sign in (1, -1):
+        for lane in sorted((item for item in lanes if item.id * sign > 0), key=lambda item: -abs(item.id)):
+            if not _is_none(lane) or not (bare or lane.type not in _MARKED):
+                whole = False
+                break
+            out.append(lane.id)
+    return frozenset(out + [item.id for item in lanes if item.id == 0 and bare and whole and _is_none(item)])
+
+
+def _is_none(lane: Lane) -> bool:
+    return lane.road_mark is not None and lane.road_mark.type == "none"
+
+
 def _heights(lane: Lane) -> str:
     """Return the ``<height>`` elements of a raised lane: 0 where it has no width.
 
@@ -125,6 +158,13 @@ def _heights(lane: Lane) -> str:
     return out
 
 
+def _side_text(tag: str, lanes: str) -> str:
+    """Return the lanes of one side, in one line where that is a centre without a mark."""
+    if lanes.count("\n") == 1:
+        return f"    <{tag}>{lanes.strip()}</{tag}>\n"
+    return f"    <{tag}>\n{lanes}    </{tag}>\n"
+
+
 def _side(lane_id: int) -> int:
     """Return 1 left of the centre line, -1 right of it, 0 for the centre lane."""
     return (lane_id > 0) - (lane_id < 0)
@@ -135,8 +175,8 @@ class RoadTables:
     """The records of one road in the tables of a road map, as text."""
 
     length: float  # m
-    # Only the last two may be empty
     geometry: str
+    # Those that may be empty: a height or roll of 0 throughout, no lane offset
     elevation: str
     superelevation: str
     lane_offset: str
@@ -144,32 +184,31 @@ class RoadTables:
 
 
 class RoadWriter:
-    """Make the text of roads; `rule` is ``RHT`` or ``LHT``, None where the version has no such attribute."""
+    """Make the text of roads; `left_hand` if they are to say that traffic drives on the left."""
 
-    def __init__(self, rule: str | None, words: Words, furniture: FurnitureWriter) -> None:
+    def __init__(
+        self, words: Words, furniture: FurnitureWriter, *, left_hand: bool, marks_in_junctions: bool = False
+    ) -> None:
         self._furniture = furniture
-        self._side = "" if rule is None else f' rule="{rule}"'
+        # Without a rule traffic drives on the right (ASAM OpenDRIVE 1.7, 10.1).
+        self._side = ' rule="LHT"' if left_hand else ""
         self._words = words
-        self._lanes = LaneWriter(words)
+        self._lanes = LaneWriter(words, marks_in_junctions=marks_in_junctions)
         self._types: dict[RoadType, str] = {}
 
     def road(self, road: Road, tables: RoadTables) -> str:
         """Return a ``<road>``, its parts in the order of the schema."""
         junction = -1 if road.junction is None else road.junction
-        lateral = ""
-        if tables.superelevation:
-            lateral = f"  <lateralProfile>\n{tables.superelevation}  </lateralProfile>\n"
+        sections = self._lanes.sections(road.lane_sections, tables.length, in_junction=road.junction is not None)
         return (
-            f' <road name="{attribute(road.name)}" length="{position(tables.length)}" id="{road.id}"'
+            f' <road{name_attribute(road.name)} length="{position(tables.length)}" id="{road.id}"'
             f' junction="{junction}"{self._side}>\n'
             f"{_links(road)}"
             f"{''.join([self._types.get(item) or self._type(item) for item in road.types])}"
             f"  <planView>\n{tables.geometry}  </planView>\n"
-            f"  <elevationProfile>\n{tables.elevation}  </elevationProfile>\n"
-            f"{lateral}"
-            f"  <lanes>\n{tables.lane_offset}"
-            f"{self._lanes.sections(road.lane_sections, tables.length)}"
-            "  </lanes>\n"
+            f"{_profile('elevationProfile', tables.elevation)}"
+            f"{_profile('lateralProfile', tables.superelevation)}"
+            f"  <lanes>\n{tables.lane_offset}{sections}  </lanes>\n"
             f"{self._furniture.road(road.id, tables.length)}"
             f"{provenance_text(road.osm_way_ids, road.guesses)}"
             f"{user_data(UNMEASURED_HEIGHTS, tables.unmeasured, '  ')}"
@@ -180,9 +219,14 @@ class RoadWriter:
         """Return and remember a ``<type>`` with its speed limit."""
         text = f'  <type s="{position(item.s)}" type="{self._words.road_type(item.type)}"'
         speed = item.speed
-        text += "/>\n" if speed is None else f">\n   <speed {formatting.road_speed_attributes(speed)}/>\n  </type>\n"
+        text += "/>\n" if speed is None else f"><speed {formatting.road_speed_attributes(speed)}/></type>\n"
         self._types[item] = text
         return text
+
+
+def _profile(element: str, records: str) -> str:
+    """Return a profile of records; empty without any, where readers take it for 0."""
+    return f"  <{element}>\n{records}  </{element}>\n" if records else ""
 
 
 def _links(road: Road) -> str:
@@ -206,13 +250,13 @@ def junction_text(junction: Junction, words: Words, controllers: str = "") -> st
     number_ = words.lane_id
     connections = [
         f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
-        f' connectingRoad="{item.connecting_road}" contactPoint="start">\n'
-        + "".join([f'   <laneLink from="{number_(a)}" to="{number_(b)}"/>\n' for a, b in item.lane_links])
-        + "  </connection>\n"
+        f' connectingRoad="{item.connecting_road}" contactPoint="start">'
+        + "".join([f'<laneLink from="{number_(a)}" to="{number_(b)}"/>' for a, b in item.lane_links])
+        + "</connection>\n"
         for item in junction.connections
     ]
     priorities = [f'  <priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
     return (
-        f' <junction name="{attribute(junction.name)}" id="{junction.id}">\n'
+        f' <junction{name_attribute(junction.name)} id="{junction.id}">\n'
         f"{''.join(connections)}{''.join(priorities)}{controllers}  </junction>\n"
     )
