@@ -11,8 +11,16 @@ import scipy.sparse as sp
 from osm2xodr.curves import pose, runs
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
-from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, hermite_slope, rows_matrix
+from osm2xodr.geometry.heights.elements import (
+    Network,
+    end_poses,
+    hermite,
+    hermite_curvature,
+    hermite_slope,
+    rows_matrix,
+)
 from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_sides
+from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -28,6 +36,8 @@ _NO_CAP: Final = np.inf
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
 _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
+# The same of its curvature, which is linear in between.
+_CURVATURE_LIMIT_AT: Final = (0.0, 1.0)
 # Directions, from 0 to less than pi, in which the tilt of a junction is limited.
 _TILT_DIRECTIONS: Final = 4
 # From the edge of a carriageway to the middle of its outer lane, and the shortest path between lanes of two arms, m.
@@ -83,6 +93,18 @@ def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limi
         _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
         _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP, _FIRM_STIFFNESS_RATIO),
     ]
+
+
+def limit_curvatures(network: Network, beams: Beams) -> Limits:
+    """Return the firm limit on the curvature of elements' heights: a car at the posted speed must not be thrown."""
+    elements = network.elements
+    u = np.tile(_CURVATURE_LIMIT_AT, len(elements.h))
+    e = np.repeat(np.arange(len(elements.h), dtype=np.int64), len(_CURVATURE_LIMIT_AT))
+    rows = network.in_unknowns(network.knot_rows(e, u, hermite_curvature))
+    posted = span_speeds(network.problem)[elements.span[e]]
+    speed = driven_speeds(network.problem.plan_view, elements.road[e], elements.s[e] + u * elements.h[e], posted)
+    bound = defaults.VERTICAL_ACCELERATION_MAX / speed**2
+    return _within(rows, bound, (elements.h / beams.flexibility)[e], _NO_CAP)
 
 
 def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> list[Limits]:

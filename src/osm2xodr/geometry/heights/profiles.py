@@ -19,7 +19,14 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_known, limit_tilts
+from osm2xodr.geometry.heights.limits import (
+    Limits,
+    limit_clearances,
+    limit_curvatures,
+    limit_grades,
+    limit_known,
+    limit_tilts,
+)
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
@@ -199,6 +206,7 @@ def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Lim
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
+        limit_curvatures(network, model.beams),
         *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
         known,
