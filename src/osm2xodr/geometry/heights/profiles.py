@@ -19,6 +19,7 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
+from osm2xodr.geometry.heights.lane_grades import ease_lane_grades
 from osm2xodr.geometry.heights.limits import (
     Limits,
     limit_clearances,
@@ -31,7 +32,7 @@ from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
-from osm2xodr.geometry.heights.records import Knots, add_pins, level_profile, thin_records
+from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, level_profile, thin_records
 from osm2xodr.geometry.heights.report import (
     Outcome,
     element_grades,
@@ -132,8 +133,12 @@ def solve_profiles(
     report(network, outcome, diagnostics)
     report_known_heights(problem, known_z, diagnostics)
     report_known_clearances(problem, model.crossings, diagnostics)
-    superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
-    return replace(_write_records(network, outcome), superelevation=superelevation)
+    solution = _write_records(network, outcome)
+    eased = ease_lane_grades(problem, solution.elevation)
+    if options.superelevation:
+        banked = road_superelevation(network, surface, diagnostics)
+        eased = banked if eased is None else either_profile(banked, eased)
+    return replace(solution, superelevation=eased)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:

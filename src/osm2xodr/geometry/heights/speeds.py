@@ -15,7 +15,7 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 _UNKNOWN: Final = 50.0 / 3.6
 _FASTEST: Final = 130.0 / 3.6
 # Curvature of a bend is taken over the wheelbase of a car, m. Shorter curves count as this long: keeps quotients finite.
-_WHEELBASE: Final = 2.7
+WHEELBASE: Final = 2.7
 _SHORTEST: Final = 1.0
 # Bends wider than 1000 km are straight, 1/m: keeps quotients finite.
 _STRAIGHT: Final = 1e-6
@@ -33,7 +33,7 @@ def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatA
 
     v² / R is at most `LATERAL_ACCELERATION`.
     """
-    begin, end = np.maximum(s - 0.5 * _WHEELBASE, 0.0), np.minimum(s + 0.5 * _WHEELBASE, lengths(plan)[curve])
+    begin, end = np.maximum(s - 0.5 * WHEELBASE, 0.0), np.minimum(s + 0.5 * WHEELBASE, lengths(plan)[curve])
     turn = wrapped(pose(plan, curve, end)[2] - pose(plan, curve, begin)[2])
     curvature = np.abs(turn) / np.maximum(end - begin, _SHORTEST)
     return np.minimum(posted, np.sqrt(defaults.LATERAL_ACCELERATION / np.maximum(curvature, _STRAIGHT)))
