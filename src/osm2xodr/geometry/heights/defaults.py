@@ -122,9 +122,9 @@ WALL_SLOPE: Final = 0.5
 GRADE_SLACK: Final = 1.25
 GRADE_MAX: Final = 0.31
 JUNCTION_TILT_MAX: Final = 0.20
-# Largest vertical acceleration that heights give a car at the speed that it drives, m/s²: the posted one, in bends
-# that with this lateral acceleration, m/s². A quarter and three tenths of the earth's; crests and sags are designed
-# for 0.5 m/s² (AASHTO: sags 0.3), so this leaves what contradictory data cannot have: cars that are thrown.
+# Largest vertical acceleration that heights give a car, m/s², at the speed limit, in bends at the speed with this
+# lateral acceleration, m/s². Choices: crests and sags are designed for 0.3 to 0.5 (AASHTO), which roads beside
+# contradictory data cannot have; 0.3 of the earth's is what drivers accept in bends.
 VERTICAL_ACCELERATION_MAX: Final = 2.2
 LATERAL_ACCELERATION: Final = 3.0
 # Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be

@@ -14,7 +14,8 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 # Speed where no limit is known, and the most where there is none, m/s: 50 and 130 km/h.
 _UNKNOWN: Final = 50.0 / 3.6
 _FASTEST: Final = 130.0 / 3.6
-# Curvature of a bend is taken over the wheelbase of a car, m. Shorter curves count as this long: keeps quotients finite.
+# Curvature of a bend is taken over the wheelbase of a car, m. Shorter curves count as the second length: keeps
+# quotients finite.
 WHEELBASE: Final = 2.7
 _SHORTEST: Final = 1.0
 # Bends wider than 1000 km are straight, 1/m: keeps quotients finite.

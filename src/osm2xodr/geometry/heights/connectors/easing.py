@@ -93,7 +93,7 @@ def _smoothest(
 
 
 def _integrate(start: IntArray, s: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the first and the second integral of curvatures that are linear between samples, 0 where curves begin."""
+    """Return both integrals of curvatures that are linear between samples, 0 where curves begin."""
     h = np.diff(s, append=0.0)
     h[start[1:] - 1] = 0.0
     after = np.append(curvature[1:], 0.0)

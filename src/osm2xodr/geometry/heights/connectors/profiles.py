@@ -148,7 +148,8 @@ def _fit_elevation(
     tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
-    speed = driven_speeds(connectors.plan_view, along.curve, along.s, _posted_speeds(problem, connectors)[along.curve])
+    posted = _posted_speeds(problem, connectors)[along.curve]
+    speed = driven_speeds(connectors.plan_view, along.curve, along.s, posted)
     z, grade = ease_profiles(along.start, along.s, speed, z, grade, CONNECTOR_STEEP)
     return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
 
