@@ -26,6 +26,7 @@ from osm2xodr.geometry.heights.limits import (
     limit_curvatures,
     limit_grades,
     limit_known,
+    limit_meetings,
     limit_tilts,
 )
 from osm2xodr.geometry.heights.newton import solve_network
@@ -158,6 +159,7 @@ class _Model:
     beams: Beams
     chains: Chains
     crossings: Crossings
+    meets: Crossings  # Where carriageways of two layers cross beside a node that they share
 
     def stiffness(self, flexibility: FloatArray) -> sp.csr_matrix:
         """Return the stiffness (N, N) of the network with a flexibility (E,), 1/m."""
@@ -171,6 +173,7 @@ def _build_model(
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
     flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
+    crossings, meets = find_crossings(problem, network.unknowns.end_node)
     return _Model(
         network,
         reading,
@@ -179,7 +182,8 @@ def _build_model(
         grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
         chains=find_chains(problem, elements),
-        crossings=find_crossings(problem, network.unknowns.end_node),
+        crossings=crossings,
+        meets=meets,
     )
 
 
@@ -214,6 +218,7 @@ def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Lim
         limit_curvatures(network, model.beams),
         *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
+        limit_meetings(network, model.meets, model.beams),
         known,
     ]
     return join_blocks(blocks, unknowns), clearances, known
@@ -239,8 +244,9 @@ def _read_solution(
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
     planes = x[: 3 * unknowns.junctions].reshape(-1, 3).copy()
     grade, limit = element_grades(network.elements, knots), model.grade_limit[network.elements.span]
-    between, chain = clearances.rows @ x, model.chains.chain
-    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, model.crossings, between, chain)
+    crossings, between = model.crossings.turned(clearances.rows @ x)
+    chain = model.chains.chain
+    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, crossings, between, chain)
 
 
 def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
