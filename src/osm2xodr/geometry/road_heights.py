@@ -67,6 +67,7 @@ def build_profile_problem(
         span_oneway=np.array([_oneway(a) for _, a in spans], np.int64),
         span_width=np.array([sum(lane.width for lane in a.lanes_ltr) for _, a in spans]),
         span_max_height=np.array([np.nan if a.max_height is None else a.max_height for _, a in spans]),
+        span_speed=np.array([_speed(a) for _, a in spans]),
         span_middle=np.array(middle),
         ele_road=ele_road,
         ele_s=ele_s,
@@ -122,6 +123,12 @@ def _oneway(attributes: StreetAttributes) -> int:
     """Return 1 where all traffic runs along the street, -1 where all runs against it, 0 else."""
     directions = attributes.car_directions()
     return next(iter(directions)).value if len(directions) == 1 else 0
+
+
+def _speed(attributes: StreetAttributes) -> float:
+    """Return the higher one of both directions' speed limits, m/s, NaN where none is known."""
+    limits = [attributes.speed_along(direction) for direction in attributes.car_directions()]
+    return max((limit for limit in limits if limit is not None), default=np.nan)
 
 
 def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:

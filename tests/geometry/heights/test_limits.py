@@ -11,7 +11,7 @@ from elevation_helpers import Ground, RoadSpec, Solved, connector_between, cross
 from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
-from osm2xodr.geometry.heights.limits import _arm_pairs, limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.limits import _arm_pairs, limit_clearances, limit_curvatures, limit_grades, limit_tilts
 from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import FloatArray
 
@@ -53,6 +53,37 @@ def test_grades_are_limited_by_class_at_quarters_and_firmly_all_along() -> None:
     assert firm.cap.tolist() == [np.inf] * 10
     assert by_class.own.all()
     assert firm.own.all()
+
+
+def test_vertical_curvature_is_limited_firmly_by_speed_and_bend() -> None:
+    # 40 m straight on, then a bend of 20 m in radius, where 0.3 g allow 28 km/h.
+    problem = make_problem([straight((0.0, 0.0), (40.0, 0.0)), RoadSpec(40.0, 0.0, 0.0, 20.0, curvature=0.05)])
+    limit = limit_curvatures(network_of_problem(problem), beams := beams_of(network_of_problem(problem)))
+    assert limit.high == pytest.approx([2.2 / (50 / 3.6) ** 2] * 4 + [2.2 * 0.05 / 3.0] * 2)
+    assert limit.stiffness == pytest.approx(60.0 * 20.0 / beams.flexibility[0])
+    assert limit.cap.tolist() == [np.inf] * 6
+    # A parabola has its own curvature at both ends of an element.
+    heights = np.array([[0.01 * s * s, 0.02 * s] for s in (0.0, 20.0, 40.0)]).ravel()
+    knots = network_of_problem(problem).unknowns.to_knots[:6].toarray()
+    x = np.linalg.lstsq(knots, heights, rcond=None)[0]
+    assert (limit.rows @ x)[:4] == pytest.approx([0.02] * 4)
+    fast = replace(problem, span_speed=np.array([np.inf, np.nan]))
+    limit = limit_curvatures(network_of_problem(fast), beams)
+    assert limit.high == pytest.approx([2.2 / (130 / 3.6) ** 2] * 4 + [2.2 * 0.05 / 3.0] * 2)
+
+
+def test_tunnel_beneath_a_road_near_by_does_not_throw_cars() -> None:
+    # A street that dives below another one 15 m before it ends beside it, on precise heights.
+    roads = [
+        straight((0.0, 0.0), (60.0, 0.0), end=0, spans=((0.0, 0, 0), (20.0, 2, -1), (50.0, 0, 0))),
+        straight((35.0, -60.0), (35.0, 60.0)),
+        straight((60.0, 0.0), (120.0, 0.0), start=0),
+    ]
+    found = solve(roads, Ground(lambda x, y: 0.0 * x, sigma=0.3, cell_size=30.0), [(60.0, 0.0)])
+    s = np.linspace(0.0, 60.0, 241)
+    bend = np.diff(found.grade(0, s)) / np.diff(s)
+    assert np.abs(bend).max() < 1.1 * 2.2 / (50 / 3.6) ** 2
+    assert float(found.z(0, 35.0)[0]) < float(found.z(1, 60.0)[0]) - 1.0
 
 
 def test_tilts_are_limited_by_the_class_of_the_arms_and_firmly() -> None:
@@ -212,7 +243,7 @@ def bridge_between_junctions(arms: int) -> Solved:
 
 def test_ramps_become_long_and_steep_before_clearance_yields() -> None:
     found = bridge_between_junctions(arms=3)
-    assert float(found.z(0, 15.0)[0] - found.z(1, 300.0)[0]) > 5.2
+    assert float(found.z(0, 15.0)[0] - found.z(1, 300.0)[0]) > 5.15
     assert "clearance" not in found.codes()
     # Steeper than a motorway's 6 % and a quarter.
     steepest = max(float(np.abs(found.grade(k, np.arange(0.0, 260.0))).max()) for k in range(2, 8))

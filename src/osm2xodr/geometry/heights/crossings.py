@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -124,6 +124,25 @@ class Crossings:
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
     known_by: IntArray | None = None  # (n,) OSM way whose correction gives the clearance, 0 where none does
+    # (n,) Whether both are bridges or tunnels of one layer: the one that is higher by itself goes above
+    either: BoolArray | None = None
+
+    def turned(self, height: FloatArray) -> tuple[Crossings, FloatArray]:
+        """Return them with the higher one above where either may be, and the heights between them, (n,), m."""
+        if self.either is None:
+            return self, height
+        over = lower_side(height, self.place, self.either)
+        upper, lower = np.where(over, self.lower, self.upper), np.where(over, self.upper, self.lower)
+        upper_s, lower_s = np.where(over, self.lower_s, self.upper_s), np.where(over, self.upper_s, self.lower_s)
+        crossings = replace(self, upper=upper, upper_s=upper_s, lower=lower, lower_s=lower_s)
+        return crossings, np.where(over, -height, height)
+
+
+def lower_side(height: FloatArray, place: IntArray, either: BoolArray) -> BoolArray:
+    """Return where the one that is called the upper one, (n,), is the lower one of a place where either may be."""
+    total = np.bincount(place, np.where(either, height, 0.0), int(place.max(initial=0)) + 1)
+    out: BoolArray = either & (total[place] < 0)
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,10 +160,11 @@ class _Pairs:
         return _Pairs(*(getattr(self, item.name)[rows] for item in fields(_Pairs)))
 
 
-def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
+def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossings, Crossings]:
     """Find where one carriageway passes over another, by their areas, layers and structures.
 
-    `end_node`, (2 R,), is the node that each road end lies at; junction j is node j.
+    `end_node`, (2 R,), is the node that each road end lies at; junction j is node j. The second result are the places
+    where carriageways of different layers cross right beside a node that they share: they are level there.
     """
     ways = lay_out_carriageways(problem)
     pairs = _places(ways, _overlaps(ways))
@@ -152,14 +172,25 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     crosses = np.bincount(pairs.place, pairs.crossing & ~near) > 0
     crosses = crosses[pairs.place] if len(pairs.place) else pairs.crossing
     above = _on_top_of_each_other(ways, pairs) & ~kin
-    pairs = _thinned(problem, ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
+    passing = (crosses & ~near) | above
+    # On both sides of the same curve there is nothing to be level with.
+    half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
+    meeting = near & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
+    chosen = (np.flatnonzero(rows) for rows in (passing, meeting))
+    found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, pairs.chosen(rows))) for rows in chosen)
+    return found, meets
+
+
+def _as_crossings(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) -> Crossings:
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
     spans = curve_spans(problem, upper, upper_s), curve_spans(problem, lower, lower_s)
     clearance, known_by = _known_clearances(problem, *spans, _clearances(problem)[spans[1]])
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by)
+    level = _levels(ways.structure, ways.layer)
+    either: BoolArray = level[pairs.upper] == level[pairs.lower]
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by, either)
 
 
 def _clearances(problem: ProfileProblem) -> FloatArray:
@@ -188,21 +219,24 @@ def _known_clearances(
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:
-    """Return all pairs of pieces on different levels that lie over each other."""
+    """Return all pairs of pieces on different levels that lie over each other, and of structures of one that cross."""
     level = _levels(ways.structure, ways.layer)
     a, b = overlapping_pairs(ways.corners, level != 0)
-    apart = level[a] != level[b]
-    a, b = a[apart], b[apart]
+    same = level[a] == level[b]
+    apart = ~same | ((ways.structure[a] != Structure.GROUND) & (ways.curve[a] != ways.curve[b]))
+    a, b, same = a[apart], b[apart], same[apart]
     depth = overlap_depths(ways.corners[a], ways.corners[b])
     deep = depth > _SHARED_WIDTH
-    a, b, depth = a[deep], b[deep], depth[deep]
-    over = level[a] > level[b]
+    a, b, depth, same = a[deep], b[deep], depth[deep], same[deep]
+    over = (level[a] > level[b]) | (same & (ways.curve[a] > ways.curve[b]))
     upper, lower = np.where(over, a, b), np.where(over, b, a)
     begin, end = ways.middles
     # A little longer than they are: two may cross where pieces meet.
     begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
     crossing = segments_cross(begin[upper], end[upper], begin[lower], end[lower])
-    return _Pairs(upper, lower, depth, crossing, np.zeros(len(upper), np.int64))
+    # Side by side on one layer, none of them is above the other.
+    used = np.flatnonzero(~same | crossing)
+    return _Pairs(upper[used], lower[used], depth[used], crossing[used], np.zeros(len(used), np.int64))
 
 
 def _levels(structure: IntArray, layer: IntArray) -> IntArray:

@@ -122,6 +122,11 @@ WALL_SLOPE: Final = 0.5
 GRADE_SLACK: Final = 1.25
 GRADE_MAX: Final = 0.31
 JUNCTION_TILT_MAX: Final = 0.20
+# Largest vertical acceleration that heights give a car, m/s², at the speed limit, in bends at the speed with this
+# lateral acceleration, m/s². Choices: crests and sags are designed for 0.3 to 0.5 (AASHTO), which roads beside
+# contradictory data cannot have; 0.3 of the earth's is what drivers accept in bends.
+VERTICAL_ACCELERATION_MAX: Final = 2.5
+LATERAL_ACCELERATION: Final = 3.0
 # Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
 # one and a half times as steep in its middle.
 JUNCTION_STEP_MAX: Final = 0.15
@@ -158,6 +163,10 @@ CLEARANCE_TOLERANCE: Final = 0.3
 CLEARANCE_PUSH_SIGMAS: Final = 10.0
 CLEARANCE_PUSH_MIN: Final = 1.0
 CLEARANCE_PUSH_MAX: Final = 50.0
+# Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and how
+# far the ground is moved for it at most, m. Choices: they are one surface there.
+MEETING_STEP_MAX: Final = 0.1
+MEETING_PUSH: Final = 3.0
 
 # ---------------------------------------------------------------- inside junctions
 

@@ -129,6 +129,12 @@ def hermite_slope(u: FloatArray, h: FloatArray) -> FloatArray:
     return np.stack([-steep, 1 - 4 * u + 3 * u2, steep, 3 * u2 - 2 * u], axis=-1)
 
 
+def hermite_curvature(u: FloatArray, h: FloatArray) -> FloatArray:
+    """Return the weights (n, 4) of (z_a, g_a, z_b, g_b) in the curvature z'' at u of elements of length h."""
+    bent = (12 * u - 6) / (h * h)
+    return np.stack([bent, (6 * u - 4) / h, -bent, (6 * u - 2) / h], axis=-1)
+
+
 def bending_matrices(h: FloatArray) -> FloatArray:
     """Return the matrices (n, 4, 4) of the integral of z''² over elements: those of the Euler-Bernoulli beam."""
     return _element_matrices(12 / h**3, 6 / h**2, 4 / h, 2 / h)

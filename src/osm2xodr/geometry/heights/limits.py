@@ -10,9 +10,17 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import pose, runs
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings
-from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, hermite_slope, rows_matrix
+from osm2xodr.geometry.heights.crossings import Crossings, lower_side
+from osm2xodr.geometry.heights.elements import (
+    Network,
+    end_poses,
+    hermite,
+    hermite_curvature,
+    hermite_slope,
+    rows_matrix,
+)
 from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_sides
+from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -28,6 +36,8 @@ _NO_CAP: Final = np.inf
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
 _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
+# The same of its curvature, which is linear in between.
+_CURVATURE_LIMIT_AT: Final = (0.0, 1.0)
 # Directions, from 0 to less than pi, in which the tilt of a junction is limited.
 _TILT_DIRECTIONS: Final = 4
 # From the edge of a carriageway to the middle of its outer lane, and the shortest path between lanes of two arms, m.
@@ -46,10 +56,19 @@ class Limits:
     stiffness: FloatArray  # (m,) Force per excess
     cap: FloatArray  # (m,) Largest force: what pulls harder wins. Infinite where the bound must hold.
     own: BoolArray  # (m,) Whether a road or junction has the limit by itself rather than against another road
+    # (m,) Number of the place whose roads may pass each other either way up, -1 where the limit says which is above
+    either: IntArray
 
     def own_only(self) -> Limits:
         """Return them with those against other roads made void."""
         return replace(self, low=np.where(self.own, self.low, -np.inf), high=np.where(self.own, self.high, np.inf))
+
+    def on_their_sides(self, value: FloatArray) -> Limits:
+        """Return them with those turned over that have a value, (m,), below 0 and may have, a whole place at a time."""
+        free = self.either >= 0
+        over = np.zeros(len(free), bool)
+        over[free] = lower_side(value[free], self.either[free], np.ones(int(free.sum()), bool))
+        return replace(self, low=np.where(over, -self.high, self.low), high=np.where(over, -self.low, self.high))
 
     def excess(self, value: FloatArray, index: IntArray | slice = slice(None)) -> FloatArray:
         """Return by how much the values of some functions are beyond their bounds, with its sign."""
@@ -67,8 +86,8 @@ def _within(
     rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: float, ratio: float = _STIFFNESS_RATIO
 ) -> Limits:
     """Return own bounds on magnitudes; `cap` is the largest force in units of the stiffness (m,)."""
-    own = np.ones(len(bound), bool)
-    return Limits(rows, -bound, bound, ratio * stiffness, cap * stiffness, own)
+    own, either = np.ones(len(bound), bool), np.full(len(bound), -1, np.int64)
+    return Limits(rows, -bound, bound, ratio * stiffness, cap * stiffness, own, either)
 
 
 def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limits]:
@@ -83,6 +102,18 @@ def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limi
         _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
         _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP, _FIRM_STIFFNESS_RATIO),
     ]
+
+
+def limit_curvatures(network: Network, beams: Beams) -> Limits:
+    """Return the firm limit on the curvature of elements' heights: a car at the posted speed must not be thrown."""
+    elements = network.elements
+    u = np.tile(_CURVATURE_LIMIT_AT, len(elements.h))
+    e = np.repeat(np.arange(len(elements.h), dtype=np.int64), len(_CURVATURE_LIMIT_AT))
+    rows = network.in_unknowns(network.knot_rows(e, u, hermite_curvature))
+    posted = span_speeds(network.problem)[elements.span[e]]
+    speed = driven_speeds(network.problem.plan_view, elements.road[e], elements.s[e] + u * elements.h[e], posted)
+    bound = defaults.VERTICAL_ACCELERATION_MAX / speed**2
+    return _within(rows, bound, (elements.h / beams.flexibility)[e], _NO_CAP)
 
 
 def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> list[Limits]:
@@ -227,7 +258,20 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     if crossings.known_by is not None:
         push = np.where(crossings.known_by != 0, defaults.CLEARANCE_PUSH_MAX, push)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
-    return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own)
+    either = np.full(len(k), -1, np.int64)
+    if crossings.either is not None:
+        either = np.where(crossings.either, crossings.place, -1)
+    return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own, either)
+
+
+def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
+    """Return the elastic limits that keep carriageways level that cross right beside where they meet."""
+    rows = _height_rows(network, meets.upper, meets.upper_s) - _height_rows(network, meets.lower, meets.lower_s)
+    below = _elements_of(network, meets.lower, meets.lower_s)
+    k = deflection_stiffness(beams.density[below], beams.flexibility[below])
+    bound, own = np.full(len(k), defaults.MEETING_STEP_MAX), np.zeros(len(k), bool)
+    either = np.full(len(k), -1, np.int64)
+    return Limits(rows, -bound, bound, _STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, either)
 
 
 def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
@@ -238,7 +282,7 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     known, columns = network.problem.known, network.unknowns.to_knots.shape[1]
     if known is None or not len(known.z):
         none = np.zeros(0)
-        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool))
+        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool), np.zeros(0, np.int64))
     on, inside = np.flatnonzero(known.road >= 0), np.flatnonzero(known.road < 0)
     element, u = network.place(known.road[on], known.s[on])
     roads = network.in_unknowns(network.knot_rows(element, u, hermite))
@@ -251,7 +295,8 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     at = np.concatenate([element, arms])[order]
     k = deflection_stiffness(beams.density[at], beams.flexibility[at])
     rows, z = sp.csr_matrix(sp.vstack([roads, planes], format="csr")[order]), known.z - mean
-    return Limits(rows, z, z, _FIRM_STIFFNESS_RATIO * k, defaults.CLEARANCE_PUSH_MAX * k, np.ones(len(z), bool))
+    own, either = np.ones(len(z), bool), np.full(len(z), -1, np.int64)
+    return Limits(rows, z, z, _FIRM_STIFFNESS_RATIO * k, defaults.CLEARANCE_PUSH_MAX * k, own, either)
 
 
 def _height_rows(network: Network, curve: IntArray, s: FloatArray) -> sp.csr_matrix:

@@ -77,6 +77,7 @@ class ProfileProblem:
     span_max_height: FloatArray | None = (
         None  # (K,) Height that OSM's ``maxheight`` gives, m; NaN where it gives none
     )
+    span_speed: FloatArray | None = None  # (K,) Speed limit of the faster direction, m/s; NaN if unknown
     span_middle: FloatArray | None = None  # (K,) t of the carriageway's middle, m; 0 where not given
     # (M,) Heights that OSM's ``ele`` gives: road, place along it and height, m
     ele_road: IntArray | None = None

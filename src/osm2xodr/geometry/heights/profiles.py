@@ -19,12 +19,21 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_known, limit_tilts
+from osm2xodr.geometry.heights.lane_grades import ease_lane_grades
+from osm2xodr.geometry.heights.limits import (
+    Limits,
+    limit_clearances,
+    limit_curvatures,
+    limit_grades,
+    limit_known,
+    limit_meetings,
+    limit_tilts,
+)
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
-from osm2xodr.geometry.heights.records import Knots, add_pins, level_profile, thin_records
+from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, level_profile, thin_records
 from osm2xodr.geometry.heights.report import (
     Outcome,
     element_grades,
@@ -125,8 +134,12 @@ def solve_profiles(
     report(network, outcome, diagnostics)
     report_known_heights(problem, known_z, diagnostics)
     report_known_clearances(problem, model.crossings, diagnostics)
-    superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
-    return replace(_write_records(network, outcome), superelevation=superelevation)
+    solution = _write_records(network, outcome)
+    eased = ease_lane_grades(problem, solution.elevation)
+    if options.superelevation:
+        banked = road_superelevation(network, surface, diagnostics)
+        eased = banked if eased is None else either_profile(banked, eased)
+    return replace(solution, superelevation=eased)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:
@@ -146,6 +159,7 @@ class _Model:
     beams: Beams
     chains: Chains
     crossings: Crossings
+    meets: Crossings  # Where carriageways of two layers cross beside a node that they share
 
     def stiffness(self, flexibility: FloatArray) -> sp.csr_matrix:
         """Return the stiffness (N, N) of the network with a flexibility (E,), 1/m."""
@@ -159,6 +173,7 @@ def _build_model(
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
     flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
+    crossings, meets = find_crossings(problem, network.unknowns.end_node)
     return _Model(
         network,
         reading,
@@ -167,7 +182,8 @@ def _build_model(
         grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
         chains=find_chains(problem, elements),
-        crossings=find_crossings(problem, network.unknowns.end_node),
+        crossings=crossings,
+        meets=meets,
     )
 
 
@@ -199,8 +215,10 @@ def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Lim
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
+        limit_curvatures(network, model.beams),
         *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
+        limit_meetings(network, model.meets, model.beams),
         known,
     ]
     return join_blocks(blocks, unknowns), clearances, known
@@ -226,8 +244,9 @@ def _read_solution(
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
     planes = x[: 3 * unknowns.junctions].reshape(-1, 3).copy()
     grade, limit = element_grades(network.elements, knots), model.grade_limit[network.elements.span]
-    between, chain = clearances.rows @ x, model.chains.chain
-    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, model.crossings, between, chain)
+    crossings, between = model.crossings.turned(clearances.rows @ x)
+    chain = model.chains.chain
+    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, crossings, between, chain)
 
 
 def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:

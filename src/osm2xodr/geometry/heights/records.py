@@ -156,3 +156,13 @@ def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:
     keep = np.repeat(wanted, np.diff(profile.start))
     start = np.r_[0, np.cumsum(keep)][profile.start].astype(np.int64)
     return CubicProfile(start, profile.s[keep], profile.a[keep], profile.b[keep], profile.c[keep], profile.d[keep])
+
+
+def either_profile(first: CubicProfile, second: CubicProfile) -> CubicProfile:
+    """Return the curves of the first profile, and those of the second where the first has no records."""
+    keep = only_curves(second, np.diff(first.start) == 0)
+    start = (first.start + keep.start).astype(np.int64)
+    owner = np.concatenate([np.repeat(np.arange(len(start) - 1), np.diff(part.start)) for part in (first, keep)])
+    order = np.argsort(owner, kind="stable")
+    columns = (np.concatenate([getattr(part, name) for part in (first, keep)])[order] for name in "sabcd")
+    return CubicProfile(start, *columns)

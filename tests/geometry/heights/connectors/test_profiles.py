@@ -199,9 +199,11 @@ def all_ways(found: Solved, ends: list[int], t: float) -> Connected:
 def test_connecting_roads_of_a_steep_junction_agree(angle: float, slope: tuple[float, float]) -> None:
     # 15 and 19 % in all: the arms that run along the slope are steep, the others level.
     found = solve(cross(trim=9.0, angle=angle), Ground(lambda x, y: slope[0] * x + slope[1] * y), [(0.0, 0.0)])
+    # At 20 km/h none has to leave the surface because it bends too sharply.
+    found.problem = replace(found.problem, span_speed=np.full(4, 20.0 / 3.6))
     apart = steps(all_ways(found, ENDS, 1.6))
     assert len(apart) > 300
-    assert apart.max() < 0.025
+    assert apart.max() < 0.03
     assert np.percentile(apart, 95) < 0.015
 
 

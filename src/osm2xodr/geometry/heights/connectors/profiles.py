@@ -14,10 +14,12 @@ import numpy as np
 from osm2xodr.curves import end_curvature, lengths, pose, profile_of
 from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.connectors.easing import ease_profiles
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
 from osm2xodr.geometry.heights.records import level_profile, only_curves
+from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
@@ -146,7 +148,15 @@ def _fit_elevation(
     tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
+    posted = _posted_speeds(problem, connectors)[along.curve]
+    speed = driven_speeds(connectors.plan_view, along.curve, along.s, posted)
+    z, grade = ease_profiles(along.start, along.s, speed, z, grade, CONNECTOR_STEEP)
     return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
+
+
+def _posted_speeds(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
+    """Return the speed limits of connecting roads, (C,), m/s: those of the roads that they come from."""
+    return np.asarray(span_speeds(problem)[end_spans(problem).ravel()[connectors.start_end]])
 
 
 def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, grade: FloatArray) -> FloatArray:

@@ -1,0 +1,40 @@
+"""How fast traffic drives along curves: the posted speed, in bends what cars take sideways."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.model import FloatArray, IntArray, PlanView
+
+# Speed where no limit is known, and the most where there is none, m/s: 50 and 130 km/h.
+_UNKNOWN: Final = 50.0 / 3.6
+_FASTEST: Final = 130.0 / 3.6
+# Curvature of a bend is taken over the wheelbase of a car, m. Shorter curves count as the second length: keeps
+# quotients finite.
+WHEELBASE: Final = 2.7
+_SHORTEST: Final = 1.0
+# Bends wider than 1000 km are straight, 1/m: keeps quotients finite.
+_STRAIGHT: Final = 1e-6
+
+
+def span_speeds(problem: ProfileProblem) -> FloatArray:
+    """Return the speed that traffic may drive on each span, (K,), m/s."""
+    if problem.span_speed is None:
+        return np.full(len(problem.span_s), _UNKNOWN)
+    return np.fmin(np.where(np.isnan(problem.span_speed), _UNKNOWN, problem.span_speed), _FASTEST)
+
+
+def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatArray) -> FloatArray:
+    """Return the speed at s of curves with a posted speed, all (n,): less in bends than that, m/s.
+
+    v² / R is at most `LATERAL_ACCELERATION`.
+    """
+    begin, end = np.maximum(s - 0.5 * WHEELBASE, 0.0), np.minimum(s + 0.5 * WHEELBASE, lengths(plan)[curve])
+    turn = wrapped(pose(plan, curve, end)[2] - pose(plan, curve, begin)[2])
+    curvature = np.abs(turn) / np.maximum(end - begin, _SHORTEST)
+    return np.minimum(posted, np.sqrt(defaults.LATERAL_ACCELERATION / np.maximum(curvature, _STRAIGHT)))

@@ -1,0 +1,26 @@
+"""How fast traffic drives: posted, or what bends allow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from elevation_helpers import RoadSpec, make_problem, plan_view, straight
+
+from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
+
+
+def test_unknown_limits_count_as_50_and_none_as_130() -> None:
+    problem = make_problem([straight((0.0, 0.0), (9.0, 0.0)) for _ in range(3)])
+    assert span_speeds(problem).tolist() == [50 / 3.6] * 3
+    problem = replace(problem, span_speed=np.array([10.0, np.nan, np.inf]))
+    assert span_speeds(problem).tolist() == [10.0, 50 / 3.6, 130 / 3.6]
+
+
+def test_bends_slow_down_to_what_the_lateral_acceleration_allows() -> None:
+    plan = plan_view([straight((0.0, 0.0), (50.0, 0.0)), RoadSpec(0.0, 0.0, 0.0, 50.0, curvature=-0.1)])
+    speed = driven_speeds(plan, np.array([0, 1, 1, 1]), np.array([20.0, 20.0, 0.0, 50.0]), np.full(4, 14.0))
+    bend = np.sqrt(3.0 / 0.1)
+    assert speed == pytest.approx([14.0, bend, bend, bend])
+    assert driven_speeds(plan, np.array([1]), np.array([20.0]), np.array([5.0])) == pytest.approx([5.0])
