@@ -98,14 +98,15 @@ def solve_profiles(
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
     reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    superelevation = road_superelevation(network, surface, options.superelevation, diagnostics)
     heights = np.concatenate([reading.z, at_junctions.z])
     # An exact surface of one height.
     if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
         report_known_heights(problem, None, diagnostics)
         report_known_clearances(problem, None, diagnostics)
-        return _level_solution(problem, heights)
+        return replace(_level_solution(problem, heights), superelevation=superelevation)
 
-    network = Network(problem, elements, samples, number_unknowns(problem, elements))
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
@@ -125,7 +126,6 @@ def solve_profiles(
     report(network, outcome, diagnostics)
     report_known_heights(problem, known_z, diagnostics)
     report_known_clearances(problem, model.crossings, diagnostics)
-    superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
     return replace(_write_records(network, outcome), superelevation=superelevation)
 
 
