@@ -350,6 +350,15 @@ def test_a_server_without_parts_is_read_whole_once(server: WebServer, fetch: Fet
     assert len(server.asked(TILE)) == whole + 1
 
 
+def test_files_say_whom_they_are_owed(server: WebServer, fetch: Fetch, tile: bytes) -> None:
+    """Fetched, and out of what is kept of before."""
+    server.serve_file(TILE, tile)
+    for _ in range(2):
+        (made,) = fetch(replace(model_on(server), attribution="© Me & you"))
+        with rasterio.open(made.paths[0]) as dem:
+            assert dem.tags()["TIFFTAG_COPYRIGHT"] == "© Me & you"
+
+
 def test_whole_numbers_stay_what_they_are(server: WebServer, fetch: Fetch) -> None:
     cells = np.arange(1.0, 10_001.0).reshape(100, 100).astype(np.uint16)
     place = Affine(0.001, 0, 1.5, 0, -0.001, 42.6)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import rasterio
 from scene_files import scene_named
 from small_area import OSM, write_area, write_dem
 
 import osm2xodr
+from osm2xodr.viewing.credits import credits_of
 
 
 @pytest.fixture
@@ -66,6 +69,23 @@ def test_the_bytes_are_those_of_the_command_line(
     assert own["output"].pop("file") == "own.xodr"
     assert other["output"].pop("file") == str(tmp_path / "cli.xodr")
     assert own == other
+
+
+def test_the_header_names_whom_heights_are_owed(area: Path, dem: Path, tmp_path: Path) -> None:
+    """As the file of the elevation model says, once for models of one source, in one line."""
+    again = tmp_path / "again.tif"
+    shutil.copy(dem, again)
+    for path in (dem, again):
+        with rasterio.open(path, "r+") as dataset:
+            dataset.update_tags(TIFFTAG_COPYRIGHT="© DLR e.V.\n2014 & Airbus")
+    out = tmp_path / "out.xodr"
+    network = osm2xodr.convert(area, [dem, again])
+    network.write(out)
+    owed = "© DLR e.V. 2014 & Airbus"
+    assert [item.attribution for item in network.elevation_models] == [owed, owed]
+    credit = f'<userData code="attribution_elevation" value="{owed.replace("&", "&amp;")}"/>'
+    assert out.read_text("utf-8").count(credit) == 1
+    assert credits_of(osm2xodr.read(out)).endswith(f"; {owed}")
 
 
 def test_options_can_be_put_together_first(area: Path) -> None:

@@ -28,7 +28,7 @@ import numpy.typing as npt
 from hostile_maps import odd_network, random_map
 
 from osm2xodr.checking import CheckOptions, Severity, check_file
-from osm2xodr.conventions.targets import TARGETS
+from osm2xodr.conventions.targets import SUPERELEVATION, TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.exporting import write_geojson
@@ -71,7 +71,7 @@ def fuzz_map(dice: random.Random, folder: Path) -> None:
         area,
         dems=(bumpy,) if bumpy else (),
         parse=_parse_options(dice, extra),
-        elevation=ElevationOptions(superelevation=dice.random() < 0.3, structures=dice.random() < 0.8),
+        elevation=ElevationOptions(superelevation=dice.choice(SUPERELEVATION), structures=dice.random() < 0.8),
         surface=SurfaceOptions(allow_partial=dice.random() < 0.8),
         roads=RoadOptions(turnarounds=dice.random() < 0.3),
         furniture=FurnitureOptions(target=reader, extra_objects=extra, enabled=dice.random() < 0.9),

@@ -34,8 +34,11 @@ if TYPE_CHECKING:
     )
     from osm2xodr.conventions.targets import (
         DEFAULT_TARGET as DEFAULT_TARGET,
+        MEASURED as MEASURED,
+        NO_SUPERELEVATION as NO_SUPERELEVATION,
         PLANS as PLANS,
         SPIRALS as SPIRALS,
+        SUPERELEVATION as SUPERELEVATION,
         TARGETS as TARGETS,
         Crosswalks as Crosswalks,
         Target as Target,
@@ -48,6 +51,17 @@ __getattr__ = lazy_exports(
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
-        "targets": ("Crosswalks", "DEFAULT_TARGET", "PLANS", "SPIRALS", "TARGETS", "Target", "programmes_file"),
+        "targets": (
+            "Crosswalks",
+            "DEFAULT_TARGET",
+            "MEASURED",
+            "NO_SUPERELEVATION",
+            "PLANS",
+            "SPIRALS",
+            "SUPERELEVATION",
+            "TARGETS",
+            "Target",
+            "programmes_file",
+        ),
     },
 )

@@ -102,6 +102,12 @@ def programmes_file(path: Path) -> Path:
 SPIRALS: Final = "spirals"
 PLANS: Final = ("arcs", SPIRALS)
 
+# Where the cross slope of motorways and trunk roads comes from: an elevation model of the ground with cells of 2 m
+# and less, elsewhere what roads are designed with; such a model alone; or roads are level across.
+MEASURED: Final = "model"
+NO_SUPERELEVATION: Final = "none"
+SUPERELEVATION: Final = ("auto", MEASURED, NO_SUPERELEVATION)
+
 # The default suits CARLA, esmini and SUMO alike.
 DEFAULT_TARGET: Final = "generic"
 TARGETS: Final[Mapping[str, Target]] = MappingProxyType(

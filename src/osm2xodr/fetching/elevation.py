@@ -87,7 +87,8 @@ def fetch_models(
             target = dem_path(out_dir, number)
             kind = "digital surface model" if model.covered else "digital terrain model"
             with stream_to(target) as stream:
-                stream.write(packed(raster, f"{model.title}, {kind}", connection.network.patience))
+                description = f"{model.title}, {kind}"
+                stream.write(packed(raster, description, model.attribution, connection.network.patience))
             paths.append(target)
         if paths:
             voids = max(void_share(raster) for raster in fetched)
@@ -182,7 +183,7 @@ def _window(
         return True, None
     make_folder(folder)
     with stream_to(kept) as stream:
-        stream.write(packed(raster, model.title, patience))
+        stream.write(packed(raster, model.title, model.attribution, patience))
     # As it comes from the cache the next time, where numbers and names may have been rounded.
     return True, unpacked(kept, patience)
 

@@ -238,8 +238,8 @@ def void_share(raster: Raster) -> float:
     return float(np.mean(_is_void(raster.cells, raster.nodata)))
 
 
-def packed(raster: Raster, description: str, patience: float) -> bytes:
-    """Return a raster as the bytes of a GeoTIFF."""
+def packed(raster: Raster, description: str, attribution: str, patience: float) -> bytes:
+    """Return a raster as the bytes of a GeoTIFF, which says what it is and whom its data are owed."""
     rows, cols = raster.cells.shape
     predictor = 3 if raster.cells.dtype.kind == "f" else 2
     with gdal(patience) as rasterio, rasterio.MemoryFile() as memory:
@@ -252,7 +252,7 @@ def packed(raster: Raster, description: str, patience: float) -> bytes:
             dataset.scales, dataset.offsets = (raster.scale,), (raster.offset,)
             if raster.unit:
                 dataset.units = (raster.unit,)
-            dataset.update_tags(TIFFTAG_IMAGEDESCRIPTION=description)
+            dataset.update_tags(TIFFTAG_IMAGEDESCRIPTION=description, TIFFTAG_COPYRIGHT=attribution)
         return bytes(memory.getbuffer())
 
 

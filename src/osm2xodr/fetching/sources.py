@@ -48,7 +48,8 @@ def _lines(place: Place, osm: FetchedMap | None, models: Sequence[FetchedModel])
     if osm is not None:
         yield ""
         yield f"A road network made from `{osm.path.name}` is a derivative database: whoever passes it on names"
-        yield "OpenStreetMap and keeps the ODbL. The converter writes the attribution into the file's header."
+        yield "OpenStreetMap and keeps the ODbL. The converter writes this attribution, and those of elevation"
+        yield "models, into the file's header."
 
 
 def _row(*cells: str) -> str:

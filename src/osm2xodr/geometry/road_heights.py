@@ -18,6 +18,7 @@ from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
 from osm2xodr.model import (
     BoolArray,
+    Direction,
     FloatArray,
     IntArray,
     LaneType,
@@ -72,6 +73,7 @@ def build_profile_problem(
         ele_road=ele_road,
         ele_s=ele_s,
         ele_z=ele_z,
+        rule=network.rule,
         span_clearance=_known_clearances([a for _, a in spans]),
         known=_known_heights(network, layout, parts, xy),
         road_id=np.arange(1, len(parts.length) + 1, dtype=np.int64),

@@ -89,8 +89,14 @@ def convert(
     with area_map(osm, options, on_stage or (lambda stage: None)) as found:
         wanted = pipeline_options(found.path, dems, found.options)
         made = pipeline.convert(wanted, Diagnostics(), found.on_stage)
+    owed = (item.attribution for item in made.elevation_models if item.share > 0.0)
     how = WriteOptions(
-        options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
+        options.xodr_version,
+        options.name_for(osm),
+        options.date,
+        __version__,
+        target=wanted.furniture.target,
+        elevation_credits=tuple(dict.fromkeys(text for text in owed if text)),
     )
     source = None if osm == STANDARD_OUTPUT else osm
     inputs = options.inputs(osm, dems)

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.conventions import DEFAULT_TARGET, PLANS, TARGETS, U_TURNS
+from osm2xodr.conventions import DEFAULT_TARGET, PLANS, SUPERELEVATION, TARGETS, U_TURNS
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.furniture import EXTRA_OBJECTS
@@ -175,7 +175,12 @@ class ConvertOptions:
         metavar="TABLE",
     )
     no_structures: bool = _flag("Lay bridges and tunnels on the ground.", negates="structures")
-    superelevation: bool = _flag("Bank motorways and trunk roads as a fine elevation model (cells up to 2 m) shows.")
+    superelevation: str = _option(
+        "Cross slope of motorways and trunk roads: as a fine elevation model shows it (cells up to 2 m), elsewhere as"
+        " roads are designed (auto); as such a model shows it alone; or none.",
+        default=SUPERELEVATION[0],
+        choices=SUPERELEVATION,
+    )
     turnarounds: bool = _flag("End every dead end of a two-way street in a loop.")
     u_turns: str = _option(
         "U-turns between carriageways that are kept: as the country's law says at signals, all that OSM allows, those"

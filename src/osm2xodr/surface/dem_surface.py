@@ -33,6 +33,7 @@ class DemSummary:
     voids: int
     share: float  # Share of the road points whose cell has a height
     outliers: int  # Number of voids whose heights were removed as outliers
+    attribution: str = ""  # Whom its data are owed, by the file's metadata
 
 
 @dataclass(frozen=True, slots=True, eq=False)

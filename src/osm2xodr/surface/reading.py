@@ -208,4 +208,5 @@ def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, b
         0 if window is None else int(np.count_nonzero(np.isnan(window.z))),
         0.0 if window is None else window.share,
         0 if window is None else window.outliers,
+        source.attribution,
     )

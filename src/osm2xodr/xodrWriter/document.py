@@ -77,6 +77,7 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
     origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
     origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "", "  ")
+    origin += user_data("attribution_elevation", "; ".join(options.elevation_credits), "  ")
     if is_negated(road_map, options.target):
         origin += user_data(*NEGATED_LANES, "  ")
     return (

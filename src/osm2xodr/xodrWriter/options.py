@@ -86,6 +86,7 @@ class WriteOptions:
     date: str = ""
     tool_version: str = __version__  # Version of the converter, for the header
     osm_data: bool = True  # Whether the data are OpenStreetMap's, whose licence asks to be named
+    elevation_credits: tuple[str, ...] = ()  # Whom the heights are owed
     target: Target = TARGETS[DEFAULT_TARGET]  # The reader to write for
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import ElevationOptions, solve_profiles
 from osm2xodr.model import CubicProfile, FloatArray
 
-WANTED = ElevationOptions(superelevation=True)
+WANTED = ElevationOptions(superelevation="model")
 # Falls to the south by 4 %, along a road to the east that rises by 1 %.
 TILTED = Ground(lambda x, y: 300.0 + 0.01 * x + 0.04 * y, cell_size=1.0, sigma=0.1)
 EAST = straight((0.0, 0.0), (800.0, 0.0), highway="motorway")
@@ -48,8 +48,14 @@ def rough(seed: int, size: float) -> Ground:
     return Ground(height, cell_size=1.0, sigma=size)
 
 
-def test_off_by_default() -> None:
-    assert solve([EAST], TILTED).solution.superelevation is None
+def test_none_is_none() -> None:
+    assert solve([EAST], TILTED, options=ElevationOptions(superelevation="none")).solution.superelevation is None
+
+
+def test_a_fine_model_counts_more_than_what_is_designed() -> None:
+    found = solve([replace(EAST, oneway=1)], TILTED, options=ElevationOptions())
+    assert cross(found, 0, np.linspace(0.0, 800.0, 81)) == pytest.approx(np.full(81, 0.04), abs=1e-3)
+    assert "crossfall" not in found.codes()
 
 
 def test_plane_along_a_road_is_met() -> None:

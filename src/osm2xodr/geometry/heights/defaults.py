@@ -198,6 +198,23 @@ CROSSFALL_PLAUSIBLE: Final = 0.12
 CROSSFALL_MAX: Final = 0.08
 CROSSFALL_TOLERANCE: Final = 0.001
 
+# Superelevation that roads are designed with. The least crossfall is that of RAA 2008 and RAL 2012, 2.5 %, which
+# surveyed motorways have throughout, the largest that of RAA 2008, 6 %. Side friction that may be asked of tyres by
+# speed: AASHTO Green Book 2018, table 3-7. Outward crossfall stays in bends that ask at most the adverse friction,
+# which is RAA 2008's least radius of 4000 m at 130 km/h. Design speeds by class, m/s: RAA 2008 (EKA 1, 2; ramps:
+# table 24). The curvature is the mean over this window, m: bends of OSM have corners. Roads whose junctions are
+# closer than this have no room for run-offs at both ends, m.
+CROSSFALL_LEAST: Final = 0.025
+CROSSFALL_DESIGN_MAX: Final = 0.06
+CROSSFALL_ADVERSE_FRICTION: Final = 0.033
+SIDE_FRICTION_SPEEDS: Final = tuple(v / 3.6 for v in (40, 50, 60, 70, 80, 90, 100, 110, 120, 130))
+SIDE_FRICTION: Final = (0.23, 0.19, 0.17, 0.15, 0.14, 0.13, 0.12, 0.11, 0.09, 0.08)
+DESIGN_SPEED: Final = MappingProxyType(
+    {"motorway": 130 / 3.6, "trunk": 100 / 3.6, "motorway_link": 80 / 3.6, "trunk_link": 60 / 3.6}
+)
+CROSSFALL_WINDOW: Final = 80.0
+CROSSFALL_ROOM: Final = 200.0
+
 # ---------------------------------------------------------------- records
 
 # One elevation record stands for several where it fits all knots this well: m, rise per metre.

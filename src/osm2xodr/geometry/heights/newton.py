@@ -124,7 +124,9 @@ def _settle_part(objective: _Objective, x: FloatArray, some: IntArray) -> FloatA
     x_part[place] = x[some]
     right[place] = (objective.right - system.product(matrix, x))[some] + part @ x[some]
     low, high = limits.low[near] - rest, limits.high[near] - rest
-    limits_part = Limits(rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near], limits.either[near])
+    limits_part = Limits(
+        rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near], limits.either[near]
+    )
     objective_part = _Objective(system_part, system_part.placed(part), right, limits_part)
     return _settle(objective_part, x_part, _FALL_SHARE_OF_PART * _SMALLEST_FALL)[place]
 

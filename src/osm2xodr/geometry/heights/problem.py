@@ -9,12 +9,13 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.conventions import SUPERELEVATION
 from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights.defaults import GRADE_MAX
-from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView
+from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule
 
 # Classes that the defaults leave to the value for all others.
 _OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
@@ -83,6 +84,7 @@ class ProfileProblem:
     ele_road: IntArray | None = None
     ele_s: FloatArray | None = None
     ele_z: FloatArray | None = None
+    rule: Rule = Rule.RIGHT_HAND  # The side that traffic drives on
     span_clearance: FloatArray | None = None  # (K,) Height to roads above or below that is known, m; NaN for none
     known: KnownHeights | None = None  # Heights that the user knows
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
@@ -100,9 +102,7 @@ class ElevationOptions:
     grade_limit: Mapping[str, float] = field(default_factory=lambda: GRADE_LIMIT)
     # Whether bridges and tunnels leave the ground, and roads of different layers keep clear of each other
     structures: bool = True
-    # Whether motorways and trunk roads get the cross slope that an elevation model of the ground with cells of 2 m
-    # and less shows.
-    superelevation: bool = False
+    superelevation: str = SUPERELEVATION[0]  # Where the cross slope of fast roads comes from, of `SUPERELEVATION`
 
 
 @dataclass(frozen=True, slots=True, eq=False)

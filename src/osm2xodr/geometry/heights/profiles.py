@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 import scipy.sparse as sp
@@ -107,14 +108,15 @@ def solve_profiles(
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
     reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    superelevation = road_superelevation(network, surface, options.superelevation, diagnostics)
     heights = np.concatenate([reading.z, at_junctions.z])
     # An exact surface of one height.
     if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
         report_known_heights(problem, None, diagnostics)
         report_known_clearances(problem, None, diagnostics)
-        return _level_solution(problem, heights)
+        return replace(_level_solution(problem, heights), superelevation=superelevation)
 
-    network = Network(problem, elements, samples, number_unknowns(problem, elements))
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
@@ -136,10 +138,8 @@ def solve_profiles(
     report_known_clearances(problem, model.crossings, diagnostics)
     solution = _write_records(network, outcome)
     eased = ease_lane_grades(problem, solution.elevation)
-    if options.superelevation:
-        banked = road_superelevation(network, surface, diagnostics)
-        eased = banked if eased is None else either_profile(banked, eased)
-    return replace(solution, superelevation=eased)
+    profiles = [profile for profile in (superelevation, eased) if profile is not None]
+    return replace(solution, superelevation=reduce(either_profile, profiles) if profiles else None)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:

@@ -1,9 +1,10 @@
-"""Cross slope of fast roads, where the elevation model is fine enough to show it.
+"""Cross slope of fast roads: as the elevation model shows it where it is fine enough, else as roads are designed.
 
 Motorways lean into their bends and drain to one side. Elevation models of a metre show that within a carriageway,
 coarser ones show the ground beside it. Readings across the road are noisy (vehicles, barriers, kerbs, a line that is
-off), so a beam on an elastic foundation is laid through them, as through the heights along roads. It is level where
-roads end at junctions, whose own surface takes over there, and continuous where roads touch.
+off), and what is designed changes at once, so a beam on an elastic foundation is laid through both, as through the
+heights along roads. It is level where roads end at junctions, whose own surface takes over there, and where they are
+cut at the border of an area, and continuous where roads touch.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
+from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.crossfall import designed_crossfall
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
 from osm2xodr.geometry.heights.problem import fast_spans
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
@@ -32,24 +35,35 @@ _TENSION_SHARE: Final = 0.1
 _NO_READING: Final = 1e-6
 
 
-def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnostics) -> CubicProfile:
-    """Find the superelevation of motorways and trunk roads from the elevation model.
+def road_superelevation(
+    network: Network, surface: Surface, choice: str, diagnostics: Diagnostics
+) -> CubicProfile | None:
+    """Find the superelevation of motorways and trunk roads.
 
     Returns R curves, rad, continuous in value and slope along every road and across every link, and 0 with slope 0 at
-    junctions; a road without superelevation has no records. The diagnostics receive a note if no road has any.
+    junctions; a road without superelevation has no records. None where `choice`, one of `SUPERELEVATION`, is to
+    have none. The diagnostics receive a note if an elevation model alone is asked, and shows none, and a guess for
+    each way that falls as it would be designed.
     """
+    if choice == NO_SUPERELEVATION:
+        return None
     problem, elements, samples = network.problem, network.elements, network.samples
     fast = fast_spans(problem)[elements.span]
+    slope = np.full(len(samples.s), np.nan) if choice == MEASURED else designed_crossfall(network)
+    designed = np.isfinite(slope)
     use = np.flatnonzero(fast[samples.element] & (elements.structure[samples.element] == Structure.GROUND))
-    slope, good = _read_across(network, use, surface)
+    read, good = _read_across(network, use, surface)
+    slope[use[good]] = read[good]
+    designed[use[good]] = False
     seen = np.zeros(len(elements.h), bool)
-    seen[samples.element[use[good]]] = True
+    seen[samples.element[np.isfinite(slope)]] = True
     warranted = fast & (seen | (elements.structure != Structure.GROUND))
-    use, slope = use[good], slope[good]
+    warranted[_cut_elements(network)] = False
+    use = np.flatnonzero(np.isfinite(slope))
     knots = np.zeros((len(elements.knot_s), 2))
     if len(use):
-        knots = _smooth(network, use, slope, _free_knots(network, warranted))
-    else:
+        knots = _smooth(network, use, slope[use], _free_knots(network, warranted))
+    elif choice == MEASURED:
         cell = f"{defaults.CROSSFALL_CELL_MAX:.0f} m"
         diagnostics.note(
             "superelevation",
@@ -63,7 +77,18 @@ def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnos
     tilted = np.maximum.reduceat(np.abs(value), elements.knot_start[:-1]) > 0
     tolerance = defaults.CROSSFALL_TOLERANCE
     records = thin_records(Knots(elements.knot_start, elements.knot_s, value, turn), tolerance, tolerance)
+    banked = tilted[elements.road[samples.element]] & designed & (slope != 0.0)
+    for way in np.unique(problem.span_way[elements.span[samples.element[banked]]]).tolist():
+        diagnostics.guessed("crossfall", f"way/{way}", "its crossfall is that of roads of its class and speed")
     return only_curves(records, tilted)
+
+
+def _cut_elements(network: Network) -> IntArray:
+    """Return the elements in which roads are cut at the border of an area."""
+    pins = network.problem.pins
+    if pins is None:
+        return np.zeros(0, np.int64)
+    return np.unique(network.place(pins.road, pins.s)[0])
 
 
 def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[FloatArray, BoolArray]:
@@ -86,7 +111,12 @@ def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[Flo
     a, b = np.triu_indices(_ACROSS, 1)
     slope: FloatArray = np.median((z[:, b] - z[:, a]) / (t[:, b] - t[:, a]), axis=1) if len(use) else np.zeros(0)
     good = measured.reshape(t.shape).all(axis=1) & ~quality.covered
-    good &= (quality.cell_size <= defaults.CROSSFALL_CELL_MAX) & (quality.sigma <= defaults.CROSSFALL_SIGMA_MAX)
+    # What has no cells is no model: it is level because nothing is known.
+    good &= (
+        (quality.cell_size > 0.0)
+        & (quality.cell_size <= defaults.CROSSFALL_CELL_MAX)
+        & (quality.sigma <= defaults.CROSSFALL_SIGMA_MAX)
+    )
     return slope, good & (np.abs(slope) <= defaults.CROSSFALL_PLAUSIBLE)
 
 

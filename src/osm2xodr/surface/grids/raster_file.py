@@ -48,6 +48,8 @@ _DESCRIPTIONS: Final = (
     *("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title"),
 )
 _DESCRIPTION_MAX: Final = 1000
+# Metadata that say whom the data are owed.
+_CREDITS: Final = ("TIFFTAG_COPYRIGHT", "ATTRIBUTION", "attribution", "COPYRIGHT", "copyright")
 # Bounds of the area of cells and of positions, in degrees or metres (squared): beyond them floating-point arithmetic
 # breaks down.
 _AREA_MIN: Final = 1e-18
@@ -78,6 +80,7 @@ class DemSource:
     datum: CRS | None  # CRS of heights: vertical, or geographic with ellipsoidal heights; None if unknown
     # Whether its name or description is that of a surface model (canopy and roofs); None if they do not say
     covered: bool | None
+    attribution: str  # Whom its data are owed, in one line; empty if it does not say
 
     @property
     def quantum(self) -> float:
@@ -154,7 +157,7 @@ def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STAT
                 return DemSource(
                     path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
-                    heights_of(crs), named_cover(path.name, _descriptions(dataset)),
+                    heights_of(crs), named_cover(path.name, _descriptions(dataset)), _attribution(dataset),
                 )  # fmt: skip
         except (rasterio.errors.RasterioError, OSError, ValueError):
             raise InputError(f"{path}: {_unreadable(path)}") from None
@@ -305,6 +308,13 @@ def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
         if Path(name).is_file() and not path.samefile(name):
             with _open(rasterio, Path(name)) as source:
                 _check_blocks(rasterio, Path(name), source)
+
+
+def _attribution(dataset: Any) -> str:
+    """Return whom the data of a raster are owed, by its metadata, in one line."""
+    tags = dataset.tags()
+    found = next((str(tags[key]) for key in _CREDITS if str(tags.get(key, "")).strip()), "")
+    return " ".join(found[:_DESCRIPTION_MAX].split())
 
 
 def _descriptions(dataset: Any) -> list[str]:

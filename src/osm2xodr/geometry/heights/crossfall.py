@@ -1,0 +1,86 @@
+"""Cross slope that fast roads are designed with, where no elevation model shows it.
+
+Motorways and trunk roads fall to one side: to the outer edge of each carriageway where they are straight, to the
+inside of bends that would otherwise throw cars out, and the more the sharper the bend is for the speed.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from osm2xodr.curves import lengths
+from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.elements import Network
+from osm2xodr.geometry.heights.problem import ProfileProblem, fast_spans
+from osm2xodr.model import BoolArray, FloatArray, Rule
+
+_GRAVITY: Final = 9.81
+
+
+def designed_crossfall(network: Network) -> FloatArray:
+    """Return the rise per metre to the left that roads are designed with, at samples, (n,); NaN where there is none.
+
+    Carriageways of one direction fall to the side of slow traffic. In a bend of curvature k, at speed V, they fall to
+    the inside where falling outwards would leave more than `ADVERSE_FRICTION` to the tyres, by e_max R_min |k|
+    (method 1 of the Green Book, 3.3.5), R_min = V² / (g (e_max + f_max)), and at least by the least crossfall. Roads
+    of both directions are crowned, which is level here, but for such bends.
+    """
+    problem, span = network.problem, network.elements.span[network.samples.element]
+    speed = _design_speed(problem)[span]
+    k = _mean_curvature(network)
+    adverse = speed**2 * np.abs(k) / _GRAVITY > defaults.CROSSFALL_ADVERSE_FRICTION
+    friction = np.interp(speed, defaults.SIDE_FRICTION_SPEEDS, defaults.SIDE_FRICTION)
+    sharpest = _GRAVITY * (defaults.CROSSFALL_DESIGN_MAX + friction) / speed**2
+    demand = defaults.CROSSFALL_DESIGN_MAX * np.minimum(np.abs(k) / sharpest, 1.0)
+    oneway = np.zeros(len(span)) if problem.span_oneway is None else problem.span_oneway[span]
+    outward = defaults.CROSSFALL_LEAST * np.where(problem.rule is Rule.RIGHT_HAND, 1.0, -1.0) * oneway
+    slope = np.where(adverse, -np.sign(k) * np.maximum(demand, defaults.CROSSFALL_LEAST), outward)
+    return np.where(_designed_spans(problem)[span], slope, np.nan)
+
+
+def _design_speed(problem: ProfileProblem) -> FloatArray:
+    """Return the speed of each span, (K,), m/s: the limit up to the fastest that roads are designed for."""
+    given = np.full(len(problem.span_s), np.nan) if problem.span_speed is None else problem.span_speed
+    fastest = np.array([defaults.DESIGN_SPEED.get(highway, np.nan) for highway in problem.span_highway])
+    return np.fmin(given, fastest)
+
+
+def _designed_spans(problem: ProfileProblem) -> BoolArray:
+    """Return which spans have room for a cross slope between the junctions of their roads, (K,)."""
+    road = np.repeat(np.arange(len(problem.end_link)), np.diff(problem.span_start))
+    return fast_spans(problem) & (_length_between_junctions(problem)[road] >= defaults.CROSSFALL_ROOM)
+
+
+def _length_between_junctions(problem: ProfileProblem) -> FloatArray:
+    """Return how long the roads that continue one another are together, for each of them, (R,), m."""
+    link = np.where(problem.end_junction < 0, problem.end_link, -1)
+    road, end = np.nonzero(link >= 0)
+    count = len(link)
+    # Older versions of SciPy want these integers.
+    pairs = road.astype(np.int32), (link[road, end] // 2).astype(np.int32)
+    graph = sp.coo_array((np.ones(len(road), np.int8), pairs), shape=(count, count))
+    label = connected_components(graph, directed=False)[1]
+    total = np.bincount(label, lengths(problem.plan_view), minlength=count)
+    return np.asarray(total[label], np.float64)
+
+
+def _mean_curvature(network: Network) -> FloatArray:
+    """Return the mean curvature of the reference line around samples, (n,), 1/m, over `CROSSFALL_WINDOW` at most."""
+    elements, samples = network.elements, network.samples
+    if not len(samples.s):
+        return np.zeros(0)
+    road = elements.road[samples.element]
+    hdg = np.unwrap(samples.hdg)
+    # One axis for all roads, each behind the other.
+    origin = np.concatenate([[0.0], np.cumsum(lengths(network.problem.plan_view) + 1.0)[:-1]])[road]
+    first, last = (np.searchsorted(road, road, side=side) for side in ("left", "right"))
+    half = 0.5 * defaults.CROSSFALL_WINDOW
+    begin = np.maximum(samples.s - half, samples.s[first])
+    end = np.minimum(samples.s + half, samples.s[last - 1])
+    turn = np.interp(origin + end, origin + samples.s, hdg) - np.interp(origin + begin, origin + samples.s, hdg)
+    along = end - begin
+    return np.divide(turn, along, out=np.zeros_like(turn), where=along > 0.0)
