@@ -48,7 +48,7 @@ _EVERY: Final = (6, 2, 1)
 _NEAR: Final = 2.0
 _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
 # Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m.
-_ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
+ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
 # Curves as long as so many times their way are no longer than it.
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
@@ -179,8 +179,8 @@ def _ends(plan: PlanView) -> tuple[Poses, Poses]:
     return pose(plan, every, np.zeros(len(every))), pose(plan, every, lengths(plan))
 
 
-def _along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float]) -> PlanView:
-    """Return curves with the same ends that run along their ways; corners are rounded as one of `_ROUNDINGS` says."""
+def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float]) -> PlanView:
+    """Return curves with the same ends that run along their ways; corners are rounded as one of `ROUNDINGS` says."""
     reach, spacing = rounding
     n = len(plan.start) - 1
     count = np.maximum((lanes.length / spacing).astype(np.int64), 1)
@@ -205,5 +205,5 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
 _REDRAWINGS: Final[tuple[Callable[[PlanView, LanePaths], PlanView], ...]] = (
     _turned_tighter,
     follow_corners,
-    *(partial(_along_the_way, rounding=item) for item in _ROUNDINGS),
+    *(partial(along_the_way, rounding=item) for item in ROUNDINGS),
 )
