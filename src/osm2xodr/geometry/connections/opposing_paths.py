@@ -75,7 +75,9 @@ def draw_side_by_side(
     pairs = _pairs(entry, exit_, shared)
     axes_of: tuple[Callable[[PlanView, _Pairs], PlanView], ...] = (_middles, _ways_there, _ways_back)
     if streets is not None:
-        axes_of += tuple(partial(_along_streets, streets=streets, rounding=item) for item in ROUNDINGS)
+        axes_of += tuple(
+            partial(_along_streets, streets=streets, rounding=item) for item in ROUNDINGS if item[2] == 1.0
+        )
     for axes in axes_of:
         pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)
         if not len(apart):
@@ -183,7 +185,9 @@ def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
     return connect(*start, *end)
 
 
-def _along_streets(plan: PlanView, pairs: _Pairs, streets: Carriageways, rounding: tuple[float, float]) -> PlanView:
+def _along_streets(
+    plan: PlanView, pairs: _Pairs, streets: Carriageways, rounding: tuple[float, float, float]
+) -> PlanView:
     """Return the curves that run from one middle to the other along the streets, whose corners are rounded."""
     lanes = streets.lanes
     there, back = lanes.chosen(pairs.there), lanes.chosen(pairs.back)
