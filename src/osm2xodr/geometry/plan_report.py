@@ -43,6 +43,15 @@ def report_impossible_turns(
         diagnostics.dropped("no-room-to-turn", osm_id, "the arms lie on each other, a turn between is left out")
 
 
+def report_needless_turns(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+) -> None:
+    """Report junctions with sharp turns that were left out because another way leads there, (turns,)."""
+    for osm_id in _nodes(network, layout, junctions):
+        text = "a turn that hardly any car drives is left out: another way leads there"
+        diagnostics.dropped("no-room-to-turn", osm_id, text)
+
+
 def report_sharp_turns(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:

@@ -22,6 +22,7 @@ from osm2xodr.geometry.connections import (
     set_back_arms,
     swing_out,
     turns_on_the_spot,
+    turns_without_need,
 )
 from osm2xodr.geometry.junctions import (
     JunctionLayout,
@@ -44,6 +45,7 @@ from osm2xodr.geometry.plan_report import (
     report_impossible_turns,
     report_lane_changes,
     report_missing_corners,
+    report_needless_turns,
     report_sharp_turns,
     report_squeezed_streets,
     report_unused_connectivity,
@@ -176,10 +178,13 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
 def _without_impossible_turns(
     network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> ConnectingRoads:
-    """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
+    """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way."""
     # Loops that turn back on their arm are long by design.
     impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
     impossible |= runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
     report_impossible_turns(network, cut.layout, connecting.junction[impossible], diagnostics)
-    return connecting.chosen(~impossible) if impossible.any() else connecting
+    connecting = connecting.chosen(~impossible) if impossible.any() else connecting
+    needless = turns_without_need(connecting, cut.parts)
+    report_needless_turns(network, cut.layout, connecting.junction[needless], diagnostics)
+    return connecting.chosen(~needless) if needless.any() else connecting

@@ -9,7 +9,12 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.curves import heading_change, lengths, pose, smallest_radius, stack_plan_views
-from osm2xodr.geometry.connections.carriageways import Carriageways, carriageways, keep_to_carriageways
+from osm2xodr.geometry.connections.carriageways import (
+    Carriageways,
+    along_the_way,
+    carriageways,
+    keep_to_carriageways,
+)
 from osm2xodr.geometry.connections.defaults import OFF_CARRIAGEWAY
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
@@ -80,3 +85,15 @@ def test_distances_are_exact_where_they_decide(arm: float) -> None:
     assert found[decides] == pytest.approx(exact[decides], abs=0.05)
     assert (found >= exact - 0.05).all()
     assert (found[~decides] <= OFF_CARRIAGEWAY - 0.5 + 0.05).all()
+
+
+@pytest.mark.parametrize("share", [0.25, 0.6])
+def test_curves_run_between_the_direct_one_and_the_way(share: float) -> None:
+    """Their middle lies at that share from the one to the other, and they keep their ends."""
+    plan, streets = corner(27.0)
+    between, rounded = (along_the_way(plan, streets.lanes, (8.0, 18.0, item)) for item in (share, 1.0))
+    middle = [np.array(pose(item, np.arange(2), lengths(item) / 2)[:2]) for item in (plan, between, rounded)]
+    assert np.hypot(*(middle[2] - middle[0])).min() > 3.0
+    assert middle[1] == pytest.approx(middle[0] + share * (middle[2] - middle[0]), abs=0.25)
+    assert heading_change(between, np.arange(2)) == pytest.approx(heading_change(plan, np.arange(2)), abs=1e-6)
+    assert not has_kinks(between).any()

@@ -116,7 +116,21 @@ def test_turns_back_swing_out_together(apart: float, side: float) -> None:
     assert not has_kinks(drawn).any()
 
 
-def test_turns_back_stay_that_would_become_balloons() -> None:
+def test_turns_back_of_close_lanes_are_tighter() -> None:
+    """With a radius of 4 m the outer one would be longer than 40 m."""
     plan = turned_there_and_back(6.2, 1.0)
     drawn = draw_turn_backs_side_by_side(plan, *ARMS, np.full(2, 3.0), np.zeros(2, bool))
-    assert drawn.length.tolist() == plan.length.tolist()
+    assert nearest(drawn) == pytest.approx(3.0, abs=0.02)
+    assert 3.4 < smallest_radius(drawn).min() < 3.6
+    assert lengths(drawn).max() < 40.0
+
+
+def test_turns_back_stay_that_would_become_balloons() -> None:
+    zero, lane, radius = np.zeros(1), np.full(1, 1.5), np.full(1, 4.0)
+    east, west = np.zeros(1), np.full(1, np.pi)
+    # The arm to turn into ends 30 m ahead.
+    there = dubins_without_slivers(zero, zero - lane, east, zero + 30.0, zero + 4.0 + lane, west, radius=radius)
+    back = dubins_without_slivers(zero + 30.0, zero + 4.0 - lane, east, zero, zero + lane, west, radius=radius)
+    plan = stack_plan_views(there, back)
+    drawn = draw_turn_backs_side_by_side(plan, *ARMS, np.full(2, 3.0), np.zeros(2, bool))
+    assert lengths(drawn) == pytest.approx(lengths(plan), abs=1e-9)

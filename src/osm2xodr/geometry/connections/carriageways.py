@@ -47,8 +47,12 @@ _EVERY: Final = (6, 2, 1)
 # What lies no farther from its way over the streets than this, m, at these shares of it, leaves no carriageway.
 _NEAR: Final = 2.0
 _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
-# Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m.
-_ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
+# Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m, and
+# lie at this share of the distance from the curve before to the rounded way.
+ROUNDINGS: Final = (
+    *((6.0, 8.0, 1.0), (4.0, 6.0, 1.0), (8.0, 16.0, 1.0), (6.0, 24.0, 1.0)),
+    *((12.0, 16.0, 0.15), (12.0, 16.0, 0.25), (12.0, 12.0, 0.25), (12.0, 24.0, 0.55), (12.0, 40.0, 0.4)),
+)
 # Curves as long as so many times their way are no longer than it.
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
@@ -179,17 +183,23 @@ def _ends(plan: PlanView) -> tuple[Poses, Poses]:
     return pose(plan, every, np.zeros(len(every))), pose(plan, every, lengths(plan))
 
 
-def _along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float]) -> PlanView:
-    """Return curves with the same ends that run along their ways; corners are rounded as one of `_ROUNDINGS` says."""
-    reach, spacing = rounding
+def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float, float]) -> PlanView:
+    """Return curves with the same ends that run along their ways, or between; `rounding` is one of `ROUNDINGS`."""
+    reach, spacing, share = rounding
     n = len(plan.start) - 1
     count = np.maximum((lanes.length / spacing).astype(np.int64), 1)
     of = np.repeat(np.arange(n), count)
-    chainage = (ranks(count) + 0.5) * (lanes.length / count)[of]
-    passed = _rounded(lanes, of, chainage, reach)
+    run, length = (ranks(count) + 0.5) / count[of], lengths(plan)[of]
+    x, y, hdg = _rounded(lanes, of, run * lanes.length[of], reach)
+    if share < 1:
+        cx, cy, before = pose(plan, of, run * length)
+        x, y = share * x + (1 - share) * cx, share * y + (1 - share) * cy
+        # The direction in which the place moves as both of those do.
+        there, here = share * lanes.length[of], (1 - share) * length
+        hdg = np.arctan2(there * np.sin(hdg) + here * np.sin(before), there * np.cos(hdg) + here * np.cos(before))
     begin, end = _ends(plan)
-    here, there, first = legs_through(begin, passed, end, count)
-    return chain_curves(connect(*here, *there), first)
+    one, other, first = legs_through(begin, (x, y, hdg), end, count)
+    return chain_curves(connect(*one, *other), first)
 
 
 def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: float) -> Poses:
@@ -205,5 +215,5 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
 _REDRAWINGS: Final[tuple[Callable[[PlanView, LanePaths], PlanView], ...]] = (
     _turned_tighter,
     follow_corners,
-    *(partial(_along_the_way, rounding=item) for item in _ROUNDINGS),
+    *(partial(along_the_way, rounding=item) for item in ROUNDINGS),
 )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Final
 
@@ -24,7 +26,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
-from osm2xodr.geometry.connections.carriageways import Carriageways
+from osm2xodr.geometry.connections.carriageways import ROUNDINGS, Carriageways, along_the_way
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back
@@ -36,6 +38,9 @@ _PLACES: Final = 32
 _LEAD: Final = 2.0
 # Ways that turn back become no longer than this, m, if they were not: balloons. A choice.
 _LONGEST_TURN_BACK: Final = 40.0
+# The inner one of them turns with the first of these radii, m, that leaves both of them room. The smaller ones are
+# choices: not below `CONNECTING_RADIUS`.
+_TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.5, 3.1)
 # They may turn with this share of their smallest radius: their distance changes from one arm to the other.
 _NEAR_ENOUGH: Final = 0.98
 
@@ -65,10 +70,15 @@ def draw_side_by_side(
     `entry` and `exit_` are the road ends that the curves join, `width` is that of their lanes, m, and `shared` says
     which have a lane for both directions, all (n,); `streets` are those inside the junctions. Both curves of a pair
     are drawn beside the curve from the middle between their ends on one arm to that on the other; or, if that does
-    not help, one of them is drawn beside the other.
+    not help, one of them is drawn beside the other; or both beside the middle of their way over the streets.
     """
     pairs = _pairs(entry, exit_, shared)
-    for axes in (_middles, _ways_there, _ways_back):
+    axes_of: tuple[Callable[[PlanView, _Pairs], PlanView], ...] = (_middles, _ways_there, _ways_back)
+    if streets is not None:
+        axes_of += tuple(
+            partial(_along_streets, streets=streets, rounding=item) for item in ROUNDINGS if item[2] == 1.0
+        )
+    for axes in axes_of:
         pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)
         if not len(apart):
             break
@@ -84,18 +94,19 @@ def draw_turn_backs_side_by_side(
     The inner one would swing out across the outer one where the arms are close: both swing out together, and the
     inner one turns no sharper than a car's turning circle.
     """
-    pairs, apart = _too_near(plan, _pairs(entry, exit_, shared), width, LEAST_TURN_BACK, np.inf)
-    if not len(apart):
-        return plan
-    start, end = _axis_ends(plan, pairs)
-    axis = turned_back(start, end, np.full(len(apart), -np.inf), U_TURN_RADIUS + _half_apart(plan, pairs))
-    drawn = np.flatnonzero(lengths(axis) > 0)
-    if not len(drawn):
-        return plan
-    axis = chosen_curves(axis, drawn)
-    return _redrawn(
-        plan, pairs.chosen(drawn), apart[drawn], _in_quarters(axis), _NEAR_ENOUGH * U_TURN_RADIUS, _LONGEST_TURN_BACK
-    )
+    pairs = _pairs(entry, exit_, shared)
+    for radius in _TURN_BACK_RADII:
+        pairs, apart = _too_near(plan, pairs, width, LEAST_TURN_BACK, np.inf)
+        if not len(apart):
+            break
+        start, end = _axis_ends(plan, pairs)
+        axis = turned_back(start, end, np.full(len(apart), -np.inf), radius + _half_apart(plan, pairs))
+        drawn = np.flatnonzero(lengths(axis) > 0)
+        if not len(drawn):
+            break
+        axis = _in_quarters(chosen_curves(axis, drawn))
+        plan = _redrawn(plan, pairs.chosen(drawn), apart[drawn], axis, _NEAR_ENOUGH * radius, _LONGEST_TURN_BACK)
+    return plan
 
 
 def _too_near(
@@ -172,6 +183,23 @@ def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
     """Return the curves from the middle between both lanes on the first arms to that on the second."""
     start, end = _axis_ends(plan, pairs)
     return connect(*start, *end)
+
+
+def _along_streets(
+    plan: PlanView, pairs: _Pairs, streets: Carriageways, rounding: tuple[float, float, float]
+) -> PlanView:
+    """Return the curves that run from one middle to the other along the streets, whose corners are rounded."""
+    lanes = streets.lanes
+    there, back = lanes.chosen(pairs.there), lanes.chosen(pairs.back)
+    # No lane of an inner street is their own.
+    free = np.full(len(lanes.paths.length), np.inf)
+    middle = replace(
+        there,
+        paths=replace(lanes.paths, inner_right=-free, inner_left=free),
+        t_in=(there.t_in - back.t_out) / 2,
+        t_out=(there.t_out - back.t_in) / 2,
+    )
+    return along_the_way(_middles(plan, pairs), middle, rounding)
 
 
 def _ways_there(plan: PlanView, pairs: _Pairs) -> PlanView:
