@@ -15,6 +15,8 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 # Spacing of the points by which curves near a place are looked up, m: a choice of speed. The nearest place itself is
 # exact.
 SAMPLE_SPACING: Final = 4.0
+# Records may end this far from where the next begins, m.
+_GAP: Final = 0.01
 
 
 def project(
@@ -27,6 +29,8 @@ def project(
     count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
     owner = np.repeat(np.arange(len(curve)), count)
     record = runs(plan.start[curve], count)
+    near = _may_be_nearest(plan, record, owner, x, y)
+    owner, record, count = owner[near], record[near], np.bincount(owner[near], minlength=len(curve))
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
     start = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
@@ -38,6 +42,22 @@ def project(
     best = rows[np.searchsorted(owner[rows], np.arange(len(curve)))]
     t = (y - py[best]) * np.cos(hdg[best]) - (x - px[best]) * np.sin(hdg[best])
     return s[best], t, distance[best]
+
+
+def _may_be_nearest(plan: PlanView, record: IntArray, owner: IntArray, x: FloatArray, y: FloatArray) -> IntArray:
+    """Return the rows whose record may have the place nearest to their point; the rows of a point stand together.
+
+    No place on a record is nearer than half of what the distances of its ends are longer than it together.
+    """
+    if not len(record):
+        return record
+    off = np.hypot(x[owner] - plan.x[record], y[owner] - plan.y[record])
+    length, goes_on = plan.length[record], owner[1:] == owner[:-1]
+    least = off - length
+    least[:-1][goes_on] = 0.5 * (least[:-1] + off[1:])[goes_on]
+    first = np.flatnonzero(np.concatenate([[True], ~goes_on]))
+    most = np.repeat(np.minimum.reduceat(off, first), np.diff(np.append(first, len(off))))
+    return np.flatnonzero(least <= most + _GAP)
 
 
 def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
