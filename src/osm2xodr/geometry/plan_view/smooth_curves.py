@@ -25,7 +25,7 @@ _NODE: Final = 3.0
 # bump whose ends turn with it and one whose ends stay.
 _BUMP: Final = 16.0
 # A knot that is off by this share of the largest curvature of its street stays: corners keep their radius.
-_RADIUS_CHANGE: Final = 0.06
+_RADIUS_CHANGE: Final = 0.2
 # A spiral turns by no more, rad.
 _MOST_TURN: Final = 1.5
 # Rounds in which the points move to where curvature is even between knots, and in which headings settle.
@@ -40,7 +40,7 @@ _STEP_OF_CURVATURE: Final = 1e-8
 _SHIFT_TOO_MUCH: Final = 1.5
 _RADIUS_SHARE: Final = 0.9
 # Radii larger than this are not sharp, m. A choice.
-_GENTLE: Final = 50.0
+_GENTLE: Final = 25.0
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6

@@ -18,7 +18,7 @@ _HELD: Final = 1e9
 _EVEN: Final = 1e6
 # The length over which curves are smoothed, m: at most, at least, and by how much it grows along a curve, m per m.
 _LONGEST: Final = 40.0
-_SHORTEST: Final = 1.0
+_SHORTEST: Final = 2.0
 _GROWTH: Final = 0.12
 # Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
 # sharper than it was by more than this share it shrinks, too. Choices.
@@ -27,7 +27,7 @@ _SHRINK: Final = (0.4, 0.9)
 _SHARPER: Final = 1.02
 # Sharper than what lies this near, m, and than this radius, m.
 _NEAR: Final = 15.0
-_GENTLE: Final = 50.0
+_GENTLE: Final = 25.0
 # Smoothing where the curvature is to be even between knots, m: it only settles what these leave open.
 _SETTLE: Final = 0.3
 
@@ -72,10 +72,8 @@ def sharpest_near(points: FinePoints) -> FloatArray:
 
 def room_share(points: FinePoints) -> FloatArray:
     """Return which share of `SMOOTH_SHIFT` points may move, (points,): less in corners, which are cut already."""
-    bend = np.abs(points.curvature)
-    bend = np.maximum(bend, np.maximum(np.roll(bend, 1), np.roll(bend, -1)))
-    radius = 1.0 / np.maximum(bend, 1e-6)
-    return np.asarray(np.clip(radius / defaults.SMOOTH_RADIUS, defaults.SMOOTH_SHARE_LEAST, 1.0))
+    cut = np.maximum(points.cut, np.maximum(np.roll(points.cut, 1), np.roll(points.cut, -1)))
+    return np.asarray(np.clip(1.0 - cut / defaults.SMOOTH_CUT, defaults.SMOOTH_SHARE_LEAST, 1.0))
 
 
 def even_offsets(points: FinePoints, knot: IntArray, held: BoolArray) -> FloatArray:
