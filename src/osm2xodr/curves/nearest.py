@@ -15,8 +15,8 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 # Spacing of the points by which curves near a place are looked up, m: a choice of speed. The nearest place itself is
 # exact.
 SAMPLE_SPACING: Final = 4.0
-# Rounding of distances, m: records that are nearer by less than this count as near.
-_ROUNDING: Final = 1e-6
+# Records may end this far from where the next begins, m.
+_GAP: Final = 0.01
 
 
 def project(
@@ -58,10 +58,13 @@ def _records_near(plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray)
     record = runs(plan.start[curve], count)
     if len(owner) == len(curve):
         return owner, record
-    # No record is farther away than its start, nor nearer than that less its length.
+    # No record is farther away than its start, nor nearer than half of what both of its ends are farther than its
+    # length.
     start = np.hypot(x[owner] - plan.x[record], y[owner] - plan.y[record])
+    least, goes_on = start - plan.length[record], owner[1:] == owner[:-1]
+    least[:-1][goes_on] = 0.5 * (least[:-1] + start[1:])[goes_on]
     nearest = np.minimum.reduceat(start, np.cumsum(count) - count)
-    near = np.flatnonzero(start - plan.length[record] <= nearest[owner] + _ROUNDING)
+    near = np.flatnonzero(least <= nearest[owner] + _GAP)
     return owner[near], record[near]
 
 

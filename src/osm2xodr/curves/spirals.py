@@ -9,10 +9,12 @@ from scipy.special import roots_legendre
 
 from osm2xodr.model import FloatArray
 
-# Gauss-Legendre quadrature: this many points integrate a panel that turns by so much, rad, to the last digit; only
-# damaged files have spirals that need more than so many panels.
+# Gauss-Legendre quadrature: this many points integrate a panel that turns by so much, rad, to the last digit, and so
+# few do where it turns by less; only damaged files have spirals that need more than so many panels.
 _POINTS: Final = 7
 _PANEL_TURN: Final = 0.8
+_SHORT_POINTS: Final = 5
+_SHORT_PANEL_TURN: Final = 0.2
 _MOST_PANELS: Final = 512
 # Newton's method ends where it moves a place by less, m; the least slope that steps are divided by.
 _NEWTON_ROUNDS: Final = 12
@@ -21,7 +23,21 @@ _LEAST_SLOPE: Final = 0.2
 # The same for the shape of a clothoid between two headings, rad; -1/6 is its slope where it is straight.
 _SHAPE_TOLERANCE: Final = 1e-13
 _LEAST_SHAPE_SLOPE: Final = 1e-2
-_NODES, _WEIGHTS = roots_legendre(_POINTS)
+# The weight of the middle of a panel, and the node and twice the weight of each pair of points about it.
+_Rule = tuple[float, tuple[tuple[float, float], ...]]
+
+
+def _rule(points: int) -> _Rule:
+    """Return the rule of an odd number of points."""
+    nodes, weights = roots_legendre(points)
+    half = points // 2
+    return float(weights[half]), tuple(
+        zip(nodes[half + 1 :].tolist(), (2 * weights[half + 1 :]).tolist(), strict=True)
+    )
+
+
+_RULE: Final = _rule(_POINTS)
+_SHORT_RULE: Final = _rule(_SHORT_POINTS)
 # The same for whole spirals between two headings, which turn by 2.4 rad at most.
 _BETWEEN_NODES, _BETWEEN_WEIGHTS = roots_legendre(12)
 
@@ -52,19 +68,44 @@ def spiral_step(curvature: FloatArray, rate: FloatArray, ds: FloatArray) -> _Ste
     panels as each turn needs.
     """
     whole = np.fmax(np.abs(curvature), np.abs(curvature + rate * ds)) * np.abs(ds)
+    turn = ds * (curvature + 0.5 * rate * ds)
+    short = whole < _SHORT_PANEL_TURN
+    if short.all():
+        return *_panel(curvature, rate, ds, _SHORT_RULE), turn
+    u, v = np.empty(len(ds)), np.empty(len(ds))
+    row = np.flatnonzero(short)
+    u[row], v[row] = _panel(curvature[row], rate[row], ds[row], _SHORT_RULE)
     panels = np.clip(np.ceil(np.nan_to_num(whole, posinf=np.inf) / _PANEL_TURN), 1, _MOST_PANELS).astype(np.int64)
-    u, v = np.zeros(len(ds)), np.zeros(len(ds))
-    for count in np.unique(panels).tolist():
+    panels[short] = 0
+    for count in np.unique(panels[~short]).tolist():
         row = np.flatnonzero(panels == count)
-        first, half = curvature[row], ds[row] / (2 * count)
-        bend = 0.5 * rate[row]
-        for panel in range(count):
-            for node, weight in zip(_NODES.tolist(), _WEIGHTS.tolist(), strict=True):
-                at = half * (2 * panel + 1 + node)
-                turn = at * (first + bend * at)
-                u[row] += weight * half * np.cos(turn)
-                v[row] += weight * half * np.sin(turn)
-    return u, v, ds * (curvature + 0.5 * rate * ds)
+        first, change, step = curvature[row], rate[row], ds[row] / count
+        x, y = _panel(first, change, step, _RULE)
+        for panel in range(1, count):
+            at = panel * step
+            towards = at * (first + 0.5 * change * at)
+            ahead, aside = _panel(first + change * at, change, step, _RULE)
+            cos, sin = np.cos(towards), np.sin(towards)
+            x, y = x + cos * ahead - sin * aside, y + sin * ahead + cos * aside
+        u[row], v[row] = x, y
+    return u, v, turn
+
+
+def _panel(curvature: FloatArray, rate: FloatArray, ds: FloatArray, rule: _Rule) -> tuple[FloatArray, FloatArray]:
+    """Return u and v after ds of clothoids, (n,), that turn little.
+
+    From the middle, with q from -1 to 1, the turn is a q + b q²: what is odd in q cancels out.
+    """
+    half = 0.5 * ds
+    b = 0.5 * rate * half * half
+    a = half * (curvature + rate * half)
+    ahead, aside = np.full(len(ds), rule[0]), np.zeros(len(ds))
+    for node, weight in rule[1]:
+        even, bend = weight * np.cos(node * a), node * node * b
+        ahead += even * np.cos(bend)
+        aside += even * np.sin(bend)
+    cos, sin = np.cos(a - b), np.sin(a - b)
+    return half * (cos * ahead - sin * aside), half * (sin * ahead + cos * aside)
 
 
 def spirals_between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -100,15 +141,16 @@ def nearest_on_spirals(
     Newton's method on the distance along the tangent, from a guess; steps are short near the centre of the bend.
     """
     s = np.clip(guess, 0.0, length)
+    row = np.arange(len(s))
     for _ in range(_NEWTON_ROUNDS):
-        x, y, hdg = spiral_step(curvature, rate, s)
-        dx, dy = u - x, v - y
+        k, change, at = curvature[row], rate[row], s[row]
+        x, y, hdg = spiral_step(k, change, at)
+        dx, dy = u[row] - x, v[row] - y
         cos, sin = np.cos(hdg), np.sin(hdg)
         ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
-        slope = np.maximum(1.0 - (curvature + rate * s) * aside, _LEAST_SLOPE)
-        after = np.clip(s + ahead / slope, 0.0, length)
-        moved = float(np.abs(after - s).max(initial=0.0))
-        s = after
-        if moved < _NEWTON_TOLERANCE:
+        slope = np.maximum(1.0 - (k + change * at) * aside, _LEAST_SLOPE)
+        s[row] = after = np.clip(at + ahead / slope, 0.0, length[row])
+        row = row[np.abs(after - at) >= _NEWTON_TOLERANCE]
+        if not len(row):
             break
     return s

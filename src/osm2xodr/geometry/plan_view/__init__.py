@@ -15,7 +15,7 @@ from osm2xodr.geometry.plan_view.cuts_outside_bends import (
 from osm2xodr.geometry.plan_view.ends import StreetEnds, outward_pose, street_ends
 from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
-from osm2xodr.geometry.plan_view.smooth_curves import smooth_streets
+from osm2xodr.geometry.plan_view.smooth_streets import smooth_streets
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets, outer_lanes
 
 __all__ = [

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, owners, pose, ranks, runs, starts, wrapped
+from osm2xodr.curves import advance, find_record, lengths, owners, pose, ranks, record_turns, runs, starts, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -15,6 +15,9 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 _FEWEST_INTERVALS: Final = 6
 # Least distance of two points, m: keeps quotients finite.
 _LEAST_CHORD: Final = 1e-9
+# Bends count as corners of this turn at most, rad: half of it is 75 degrees. Curvatures above this, 1/m, are bends.
+_LARGEST_HALF_TURN: Final = 1.3
+_LEAST_CURVATURE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +32,7 @@ class FinePoints:
     y: FloatArray
     hdg: FloatArray  # rad, continuous along each curve
     curvature: FloatArray  # Mean over half the way to both neighbours, 1/m
+    cut: FloatArray  # How far the curve cuts the corner of its polyline there, m
 
     @classmethod
     def along(cls, plan: PlanView, rows: IntArray) -> FinePoints:
@@ -39,10 +43,12 @@ class FinePoints:
         spacing = (length / (count - 1))[owner]
         s = spacing * ranks(count)
         begin, end = np.maximum(s - spacing / 2, 0.0), np.minimum(s + spacing / 2, length[owner])
-        x, y, hdg = pose(plan, rows[owner], s)
+        record = find_record(plan.start, plan.s, rows[owner], s)
+        places = (getattr(plan, name)[record] for name in ("x", "y", "hdg", "curvature"))
+        x, y, hdg = advance(*places, s - plan.s[record], plan.rate[record])
         turn = wrapped(pose(plan, rows[owner], end)[2] - pose(plan, rows[owner], begin)[2])
         start = starts(count)
-        return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin))
+        return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin), _cuts(plan)[record])
 
     def moved(self, aside: FloatArray) -> FinePoints:
         """Return the points moved to the left, (points,), m, with headings and curvatures that they have there."""
@@ -62,7 +68,7 @@ class FinePoints:
         hdg[last] = ahead[last] + 0.5 * curvature[last] * after[last]
         # An arc over its chord.
         step = after * (1.0 + (curvature * after) ** 2 / 24.0)
-        return FinePoints(self.start, sum_before(step, self.start), spacing, x, y, hdg, curvature)
+        return FinePoints(self.start, sum_before(step, self.start), spacing, x, y, hdg, curvature, self.cut)
 
     def bent(self, aside: FloatArray) -> FloatArray:
         """Return the curvature that the points have if they move to the left by a little, (points,), 1/m."""
@@ -78,6 +84,16 @@ class FinePoints:
         count = np.diff(self.start)[curves]
         row = runs(self.start[curves], count)
         return FinePoints(starts(count), *(getattr(self, item.name)[row] for item in fields(self)[1:])), row
+
+
+def _cuts(plan: PlanView) -> FloatArray:
+    """Return how far arcs lie aside of the corners that they were fitted to, (records,), m; 0 for lines.
+
+    Their vertices were moved outwards by half of what the arcs cut off, as far as `fit_polylines` moves them.
+    """
+    half = np.minimum(np.abs(record_turns(plan)) / 2, _LARGEST_HALF_TURN)
+    off = (1.0 / np.cos(half) - 1.0) / np.maximum(np.abs(plan.curvature), _LEAST_CURVATURE)
+    return np.asarray(np.maximum(off / 2, off - defaults.CORNER_CUT_MAX / 2) * np.cos(half))
 
 
 def continuous(hdg: FloatArray, start: IntArray) -> FloatArray:

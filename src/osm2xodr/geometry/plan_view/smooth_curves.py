@@ -7,25 +7,25 @@ through the points between them have one curvature where they meet.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from osm2xodr.curves import lengths, owners, replace_curves, smallest_radius, spirals_between, wrapped
+from osm2xodr.curves import end_curvature, lengths, owners, spirals_between, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
-from osm2xodr.geometry.plan_view.smooth_offsets import even_offsets, room_share, smoothest_offsets
-from osm2xodr.geometry.plan_view.streets import FittedStreets
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.geometry.plan_view.smooth_offsets import even_offsets, room_share, sharpest_near, smoothest_offsets
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Shorter streets stay lines and arcs, m. A choice.
-_SHORTEST_STREET: Final = 8.0
+# An intersection within a curve counts like so many other points. A choice.
+_NODE: Final = 3.0
 # A knot that is off the curvature between its neighbours, w apart, by k moves the curve by k w² over this: between a
 # bump whose ends turn with it and one whose ends stay.
 _BUMP: Final = 16.0
 # A knot that is off by this share of the largest curvature of its street stays: corners keep their radius.
-_RADIUS_CHANGE: Final = 0.06
+_RADIUS_CHANGE: Final = 0.2
 # A spiral turns by no more, rad.
 _MOST_TURN: Final = 1.5
 # Rounds in which the points move to where curvature is even between knots, and in which headings settle.
@@ -39,39 +39,38 @@ _TURN_AT_ONCE: Final = 0.3
 _STEP_OF_CURVATURE: Final = 1e-8
 _SHIFT_TOO_MUCH: Final = 1.5
 _RADIUS_SHARE: Final = 0.9
+# Radii larger than this are not sharp, m. A choice.
+_GENTLE: Final = 25.0
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6
 
 
-def smooth_streets(network: StreetNetwork, fitted: FittedStreets) -> FittedStreets:
-    """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay."""
-    plan = fitted.plan_view
-    ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
-    closed = np.array([street.start < 0 for street in network.streets], bool)
-    radius = smallest_radius(plan)
-    rows = np.flatnonzero(~ring & np.isfinite(radius) & (lengths(plan) > _SHORTEST_STREET))
-    if not len(rows):
-        return fitted
-    new, places = smooth_curves(plan, rows, closed[rows])
-    pieces = list(fitted.pieces)
-    for row, before, after in places:
-        at = np.interp([piece[0] for piece in pieces[row]], before, after).tolist()
-        pieces[row] = tuple((s, *piece[1:]) for s, piece in zip(at, pieces[row], strict=True))
-    return FittedStreets(new, tuple(pieces), fitted.aside)
+@dataclass(frozen=True, slots=True, eq=False)
+class SmoothCurves:
+    """What curves of lines and arcs became."""
+
+    plan_view: PlanView  # One curve for each
+    good: BoolArray  # (curves,) Whether it is smooth, near the old one and hardly sharper
+    worst: FloatArray  # (curves,) Where along the old curve it is not, m
+    # (curves + 1,) Index of each curve's first knot; (knots,) all of a knot: along the old and the new curve, m
+    first: IntArray
+    before: FloatArray
+    after: FloatArray
 
 
-def smooth_curves(
-    plan: PlanView, rows: IntArray, held: BoolArray
-) -> tuple[PlanView, list[tuple[int, FloatArray, FloatArray]]]:
-    """Return a table in which some curves have become smooth, and these with places on the old and the new curve, m.
+def smooth_curves(plan: PlanView, held: BoolArray, nodes: tuple[IntArray, FloatArray]) -> SmoothCurves:
+    """Return curves of continuous curvature near others.
 
-    Ends stay where they are; the curves that are `held`, (rows,), also keep their headings there.
+    Ends stay where they are; those that are `held`, (curves, 2), also keep their headings. Curves pass nearer to
+    `nodes`: indices of curves, and s, m.
     """
-    points = before = FinePoints.along(plan, rows)
-    radius = smallest_radius(plan)[rows]
-    aside = smoothest_offsets(points, radius, held)
-    knot = _knots(points, points.bent(aside), radius)
+    points = before = FinePoints.along(plan, np.arange(len(held)))
+    weight = np.zeros(len(points.s))
+    place = points.start[nodes[0]]
+    weight[place + np.rint(nodes[1] / points.spacing[place]).astype(np.int64)] = _NODE
+    aside = smoothest_offsets(points, held, weight)
+    knot = _knots(points, points.bent(aside))
     for _ in range(_EVEN_ROUNDS):
         points = points.moved(aside)
         aside = even_offsets(points, knot, held)
@@ -80,33 +79,43 @@ def smooth_curves(
     points.hdg[ends] = before.hdg[ends]
     first = np.searchsorted(knot, points.start)
     curves, step = _through(points, knot, first)
-    shift = np.maximum.reduceat(np.hypot(points.x - before.x, points.y - before.y), points.start[:-1])
-    good = (step < _STEP_OF_CURVATURE) & (shift < _SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
-    good &= smallest_radius(curves) > _RADIUS_SHARE * radius
-    chosen = np.flatnonzero(good)
-    new = replace_curves(plan, rows[chosen], curves, chosen)
+    good, worst = _faults(before, points, knot, first, curves, step)
     whole = lengths(curves)
-    places = [
-        (
-            int(rows[k]),
-            before.s[knot[first[k] : first[k + 1]]],
-            np.append(curves.s[curves.start[k] : curves.start[k + 1]], whole[k]),
-        )
-        for k in chosen.tolist()
-    ]
-    return new, places
+    after = np.empty(len(knot))
+    after[np.delete(np.arange(len(knot)), first[1:] - 1)] = curves.s
+    after[first[1:] - 1] = whole
+    return SmoothCurves(curves, good, worst, first, before.s[knot], after)
 
 
-def _knots(points: FinePoints, curvature: FloatArray, radius: FloatArray) -> IntArray:
+def _faults(
+    before: FinePoints, points: FinePoints, knot: IntArray, first: IntArray, curves: PlanView, step: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Return which curves are good, (curves,), and where they are at their worst, m; `step` is that of curvature."""
+    fault = np.hypot(points.x - before.x, points.y - before.y) / (_SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
+    sharp = np.zeros(len(knot))
+    begin = np.delete(np.arange(len(knot)), first[1:] - 1)
+    np.maximum.at(sharp, begin, np.abs(curves.curvature))
+    np.maximum.at(sharp, begin + 1, np.abs(end_curvature(curves)))
+    sharpest = np.maximum.reduceat(np.abs(before.curvature), before.start[:-1])
+    sharp *= _RADIUS_SHARE / np.maximum(sharpest, 1.0 / _GENTLE)[owners(first)]
+    fault[knot] = np.maximum(fault[knot], np.maximum(sharp, np.abs(step) / _STEP_OF_CURVATURE))
+    most = np.maximum.reduceat(fault, before.start[:-1])
+    owner = owners(before.start)
+    rows = np.flatnonzero(fault == most[owner])
+    at = rows[np.searchsorted(owner[rows], np.arange(len(most)))]
+    return most < 1.0, before.s[at]
+
+
+def _knots(points: FinePoints, curvature: FloatArray) -> IntArray:
     """Return the points between which curvature changes evenly, within `SMOOTH_KNOT`, (knots,), ends included.
 
-    Where curves are as sharp as their smallest `radius`, (curves,), m, they also stay so. Passes over all curves
-    leave out the least important point of every neighbourhood, as for polylines.
+    Where curves are sharp they also stay so. Passes over all curves leave out the least important point of every
+    neighbourhood, as for polylines.
     """
     end = np.zeros(len(curvature), bool)
     end[points.start[:-1]] = end[points.start[1:] - 1] = True
     room = defaults.SMOOTH_KNOT * room_share(points)
-    sharp = radius[owners(points.start)] * defaults.SMOOTH_KNOT / _RADIUS_CHANGE
+    sharp = defaults.SMOOTH_KNOT / _RADIUS_CHANGE / sharpest_near(points)
     knot, so_far = np.arange(len(end)), np.zeros(len(end))
     while True:
         a, b, c = knot[:-2], knot[1:-1], knot[2:]
@@ -126,7 +135,7 @@ def _knots(points: FinePoints, curvature: FloatArray, radius: FloatArray) -> Int
 
 
 def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanView, FloatArray]:
-    """Return spirals through knots, and the largest step of curvature of each curve, (curves,), 1/m.
+    """Return spirals through knots, and the step of curvature at each knot, (knots,), 1/m.
 
     Unknown are the headings at inner knots: Newton's method with the matrix of a cubic spline, which is that of
     spirals that turn little. `first` holds each curve's first knot, (curves + 1,).
@@ -159,11 +168,10 @@ def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanV
         change = solveh_banded(matrix, -step, overwrite_ab=True, lower=True, check_finite=False)
         hdg = hdg + np.clip(change, -_TURN_AT_ONCE, _TURN_AT_ONCE)
     own = first - np.arange(len(first))
-    worst = np.maximum.reduceat(np.abs(step), first[:-1])
     rate = 2.0 * shape / length**2
     s = sum_before(length, own)
     plan = PlanView(own, s, x[piece], y[piece], hdg[piece], length, start, rate)
-    return _plain(plan, chord, towards, turn), worst
+    return _plain(plan, chord, towards, turn), step
 
 
 def _plain(plan: PlanView, chord: FloatArray, towards: FloatArray, turn: FloatArray) -> PlanView:

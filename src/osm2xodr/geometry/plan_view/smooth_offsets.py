@@ -18,33 +18,37 @@ _HELD: Final = 1e9
 _EVEN: Final = 1e6
 # The length over which curves are smoothed, m: at most, at least, and by how much it grows along a curve, m per m.
 _LONGEST: Final = 40.0
-_SHORTEST: Final = 1.0
+_SHORTEST: Final = 2.0
 _GROWTH: Final = 0.12
 # Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
 # sharper than it was by more than this share it shrinks, too. Choices.
 _ROUNDS: Final = 14
 _SHRINK: Final = (0.4, 0.9)
 _SHARPER: Final = 1.02
+# Sharper than what lies this near, m, and than this radius, m.
+_NEAR: Final = 15.0
+_GENTLE: Final = 25.0
 # Smoothing where the curvature is to be even between knots, m: it only settles what these leave open.
 _SETTLE: Final = 0.3
 
 
-def smoothest_offsets(points: FinePoints, radius: FloatArray, held: BoolArray) -> FloatArray:
+def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) -> FloatArray:
     """Return how far to the left points move, (points,), m: as smooth as `SMOOTH_SHIFT` allows.
 
     Minimises the sum of d² + λ⁶ κ'², where λ is the length over which a curve is smoothed: as long as, in the mean
-    over λ, no point moves too far, none moves by more than `SMOOTH_SHIFT_MOST`, and no bend becomes sharper than the
-    smallest `radius` of its curve, (curves,), m. Ends stay; those of `held` curves, (curves,), keep their heading.
+    over λ, no point moves too far, none moves by more than `SMOOTH_SHIFT_MOST`, and no bend becomes sharper than
+    what is near it. Ends stay; those that are `held`, (curves, 2), keep their heading. `nodes`, (points,), are
+    weights beyond 1.
     """
     scale, aside = np.full(len(points.s), _LONGEST), np.zeros(len(points.s))
-    share, curves = room_share(points), np.arange(len(radius))
+    share, curves, radius = room_share(points), np.arange(len(held)), 1.0 / sharpest_near(points)
     for _ in range(_ROUNDS):
         part, row = points.chosen(curves)
         owner = owners(part.start)
-        aside[row] = found = _solved(part, scale[row], held[curves])
+        aside[row] = found = _solved(part, scale[row], held[curves], nodes=nodes[row])
         mean = np.abs(_averaged(part, found, scale[row])) / defaults.SMOOTH_SHIFT
         excess = (np.maximum(mean, np.abs(found) / defaults.SMOOTH_SHIFT_MOST) / share[row]) ** (1 / 3)
-        sharper = (np.abs(part.bent(found)) * radius[curves][owner] / _SHARPER) ** 4
+        sharper = (np.abs(part.bent(found)) * radius[row] / _SHARPER) ** 4
         factor = np.clip(1.0 / np.maximum(np.maximum(excess, sharper), 1e-3), *_SHRINK)
         bad = (excess > 1.0) | (sharper > 1.0)
         if not bad.any():
@@ -55,12 +59,21 @@ def smoothest_offsets(points: FinePoints, radius: FloatArray, held: BoolArray) -
     return aside
 
 
+def sharpest_near(points: FinePoints) -> FloatArray:
+    """Return the largest curvature within `_NEAR` of each point, at least that of `_GENTLE`, (points,), 1/m."""
+    owner = owners(points.start)
+    same = np.append(owner[1:] == owner[:-1], False)
+    bend = np.maximum(np.abs(points.curvature), 1.0 / _GENTLE)
+    for _ in range(round(_NEAR / defaults.SMOOTH_STEP)):
+        after, before = np.where(same, np.roll(bend, -1), 0.0), np.where(np.roll(same, 1), np.roll(bend, 1), 0.0)
+        bend = np.maximum(bend, np.maximum(before, after))
+    return bend
+
+
 def room_share(points: FinePoints) -> FloatArray:
     """Return which share of `SMOOTH_SHIFT` points may move, (points,): less in corners, which are cut already."""
-    bend = np.abs(points.curvature)
-    bend = np.maximum(bend, np.maximum(np.roll(bend, 1), np.roll(bend, -1)))
-    radius = 1.0 / np.maximum(bend, 1e-6)
-    return np.asarray(np.clip(radius / defaults.SMOOTH_RADIUS, defaults.SMOOTH_SHARE_LEAST, 1.0))
+    cut = np.maximum(points.cut, np.maximum(np.roll(points.cut, 1), np.roll(points.cut, -1)))
+    return np.asarray(np.clip(1.0 - cut / defaults.SMOOTH_CUT, defaults.SMOOTH_SHARE_LEAST, 1.0))
 
 
 def even_offsets(points: FinePoints, knot: IntArray, held: BoolArray) -> FloatArray:
@@ -70,13 +83,22 @@ def even_offsets(points: FinePoints, knot: IntArray, held: BoolArray) -> FloatAr
     return _solved(points, np.full(len(points.s), _SETTLE), held, free)
 
 
-def _solved(points: FinePoints, scale: FloatArray, held: BoolArray, free: BoolArray | None = None) -> FloatArray:
-    """Return the offsets with the least squares, (points,), m; all but `free` points bend as their neighbours do."""
+def _solved(
+    points: FinePoints,
+    scale: FloatArray,
+    held: BoolArray,
+    free: BoolArray | None = None,
+    nodes: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return the offsets with the least squares, (points,), m; all but `free` points bend as their neighbours do.
+
+    `nodes`, (points,), are weights beyond 1.
+    """
     owner, h, k = owners(points.start), points.spacing, points.curvature
     matrix = np.zeros((4 if free is None else 5, len(owner)))
-    matrix[0] = 1.0
+    matrix[0] = 1.0 + nodes
     first, last = points.start[:-1], points.start[1:] - 1
-    for row in (first, last, first[held] + 1, last[held] - 1):
+    for row in (first, last, first[held[:, 0]] + 1, last[held[:, 1]] - 1):
         matrix[0, row] = _HELD
     right = np.zeros(len(owner))
     # The change of curvature from each point to the next, by the offsets of four.

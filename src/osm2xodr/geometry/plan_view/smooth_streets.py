@@ -1,0 +1,218 @@
+"""Curves of streets become those of continuous curvature, in chains through intersections (docs/method/plan_view.md).
+
+Corners that cannot become smooth stay lines and arcs; what lies on both sides of them becomes smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import (
+    chain_curves,
+    chosen_curves,
+    cut_curves,
+    find_record,
+    lengths,
+    owners,
+    pose,
+    replace_curves,
+    reverse_curves,
+    smallest_radius,
+    snap_cuts,
+    stack_plan_views,
+)
+from osm2xodr.geometry.plan_view.smooth_curves import SmoothCurves, smooth_curves
+from osm2xodr.geometry.plan_view.streets import FittedStreets
+from osm2xodr.geometry.plan_view.through_streets import StreetChains, chain_streets
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+
+# Shorter curves stay lines and arcs, m. A choice.
+_SHORTEST_CURVE: Final = 8.0
+# Rounds in which corners that cannot become smooth are left out, and how far such a corner reaches to both sides, m,
+# at least; if it begins or ends in an arc no longer than twice that, as far as this. Choices.
+_CORNER_ROUNDS: Final = 4
+_CORNER_REACH: Final = 8.0
+# A corner does not end as near as this to an intersection, where headings may step, m.
+_OFF_NODES: Final = 0.3
+# Rounds in which the place nearest to an intersection is found, in steps of at most this, m. Numerics.
+_FOOT_ROUNDS: Final = 3
+_FOOT_STEP: Final = 2.0
+
+# Places on an old and the new curve, m, by the index of the curve.
+Places = dict[int, tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Parts:
+    """Parts of curves."""
+
+    curve: IntArray  # (parts,) Index of the curve
+    # (parts,) Where on it they begin and end, m
+    lo: FloatArray
+    hi: FloatArray
+    held: BoolArray  # (parts, 2) Whether its ends keep their heading
+
+    def at(self, rows: IntArray | BoolArray) -> _Parts:
+        """Return some of them."""
+        return _Parts(self.curve[rows], self.lo[rows], self.hi[rows], self.held[rows])
+
+    def joined(self, other: _Parts) -> _Parts:
+        """Return these and others, the others behind."""
+        both = ((self.curve, other.curve), (self.lo, other.lo), (self.hi, other.hi), (self.held, other.held))
+        return _Parts(*map(np.concatenate, both))
+
+
+def smooth_streets(network: StreetNetwork, fitted: FittedStreets) -> FittedStreets:
+    """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay.
+
+    Streets that go on straight through intersections become smooth as one.
+    """
+    ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
+    closed = np.array([street.start < 0 for street in network.streets], bool)
+    chains = chain_streets(network, fitted.plan_view, ~ring)
+    plan = chains.curves(fitted.plan_view)
+    bends = np.isfinite(smallest_radius(plan)) | (np.diff(chains.first) > 1)
+    rows = np.flatnonzero(bends & (lengths(plan) > _SHORTEST_CURVE))
+    if not len(rows):
+        return fitted
+    begin, owner = chains.place_of(fitted.plan_view), owners(chains.first)
+    place = np.full(len(plan.start) - 1, -1, np.int64)
+    place[rows] = np.arange(len(rows))
+    inner = np.flatnonzero((begin > 0.0) & (place[owner] >= 0))
+    held = np.repeat(closed[chains.street[chains.first[rows]]], 2).reshape(-1, 2)
+    parts = _Parts(np.arange(len(rows)), np.zeros(len(rows)), lengths(plan)[rows], held)
+    old = chosen_curves(plan, rows)
+    new, places = smooth_parts(old, parts, (place[owner[inner]], begin[inner]))
+    streets = np.flatnonzero(place[owner] >= 0)
+    return _cut_into_streets(fitted, chains, streets, place[owner[streets]], new, places)
+
+
+def smooth_parts(plan: PlanView, parts: _Parts, nodes: tuple[IntArray, FloatArray]) -> tuple[PlanView, Places]:
+    """Return curves that are smooth but for corners that cannot be, and places on the old and the new ones."""
+    finished: list[tuple[_Parts, PlanView]] = []
+    ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]] = {}
+    todo = parts
+    for number in range(_CORNER_ROUNDS + 1):
+        short = (todo.hi - todo.lo <= _SHORTEST_CURVE) | (number == _CORNER_ROUNDS)
+        kept, todo = todo.at(short), todo.at(~short)
+        finished.append((kept, cut_curves(plan, kept.lo, kept.hi, kept.curve)))
+        if not len(todo.curve):
+            break
+        arcs = cut_curves(plan, todo.lo, todo.hi, todo.curve)
+        found = smooth_curves(arcs, todo.held, _nodes_of(todo, nodes))
+        good = np.flatnonzero(found.good)
+        finished.append((todo.at(good), chosen_curves(found.plan_view, good)))
+        _note_places(todo, found, good, ways)
+        corner, todo = _without_corners(plan, todo.at(~found.good), found.worst[~found.good], nodes)
+        finished.append((corner, cut_curves(plan, corner.lo, corner.hi, corner.curve)))
+    every = finished[0][0]
+    for item, _ in finished[1:]:
+        every = every.joined(item)
+    order = np.lexsort((every.lo, every.curve))
+    every = every.at(order)
+    table = chosen_curves(stack_plan_views(*(item for _, item in finished)), order)
+    first = np.searchsorted(every.curve, np.arange(len(plan.start)))
+    return chain_curves(table, first), _places(every, lengths(table), first, ways)
+
+
+def _nodes_of(parts: _Parts, nodes: tuple[IntArray, FloatArray]) -> tuple[IntArray, FloatArray]:
+    """Return the part that each node lies in, and where along it, m; without those that lie in none."""
+    curve, s = nodes
+    row = np.searchsorted(parts.curve, np.arange(int(max(curve.max(initial=-1), parts.curve.max(initial=-1))) + 2))
+    count = np.diff(row)[curve]
+    node = np.repeat(np.arange(len(curve)), count)
+    part = np.repeat(row[curve], count) + np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    inside = (parts.lo[part] < s[node]) & (s[node] < parts.hi[part])
+    return part[inside], s[node[inside]] - parts.lo[part[inside]]
+
+
+def _note_places(
+    parts: _Parts, found: SmoothCurves, good: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
+) -> None:
+    """Note the places of parts that are smooth now."""
+    for k in good.tolist():
+        row = slice(int(found.first[k]), int(found.first[k + 1]))
+        ways[int(parts.curve[k]), float(parts.lo[k])] = found.before[row], found.after[row]
+
+
+def _without_corners(
+    plan: PlanView, parts: _Parts, worst: FloatArray, nodes: tuple[IntArray, FloatArray]
+) -> tuple[_Parts, _Parts]:
+    """Return the corner of each part that cannot become smooth, and what lies on both sides of it."""
+    middle = parts.lo + worst
+    ends = []
+    for sign in (-1.0, 1.0):
+        end = middle + sign * _CORNER_REACH
+        record = find_record(plan.start, plan.s, parts.curve, end)
+        of_record = plan.s[record] + (plan.length[record] if sign > 0 else 0.0)
+        bent = (plan.curvature[record] != 0.0) & (np.abs(of_record - middle) <= 2 * _CORNER_REACH)
+        end = np.where(bent, of_record, end)
+        for curve, s in zip(*nodes, strict=True) if len(end) else ():
+            near = (parts.curve == curve) & (np.abs(end - s) < _OFF_NODES)
+            end = np.where(near, s + sign * _OFF_NODES, end)
+        ends.append(end)
+    a = np.where(ends[0] - parts.lo > _SHORTEST_CURVE, ends[0], parts.lo)
+    b = np.where(parts.hi - ends[1] > _SHORTEST_CURVE, ends[1], parts.hi)
+    held = np.ones((len(a), 2), bool)
+    corner = _Parts(parts.curve, a, b, held)
+    before = _Parts(parts.curve, parts.lo, a, np.column_stack([parts.held[:, 0], held[:, 1]]))
+    after = _Parts(parts.curve, b, parts.hi, np.column_stack([held[:, 0], parts.held[:, 1]]))
+    rest = before.joined(after)
+    rest = rest.at(np.flatnonzero(rest.hi > rest.lo))
+    return corner, rest.at(np.lexsort((rest.lo, rest.curve)))
+
+
+def _places(
+    parts: _Parts, length: FloatArray, first: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
+) -> Places:
+    """Return places on old and new curves, which consist of parts of some `length`, (parts,), m."""
+    begin = np.cumsum(length) - length
+    begin = (begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][owners(first)]).tolist()
+    rows: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
+    for k, (curve, lo, hi) in enumerate(zip(parts.curve.tolist(), parts.lo.tolist(), parts.hi.tolist(), strict=True)):
+        before, after = ways.get((curve, lo), (np.array([0.0, hi - lo]), np.array([0.0, hi - lo])))
+        rows.setdefault(curve, []).append((before + lo, after + begin[k]))
+    return {
+        curve: items[0]
+        if len(items) == 1
+        else (np.concatenate([a for a, _ in items]), np.concatenate([b for _, b in items]))
+        for curve, items in rows.items()
+    }
+
+
+def _cut_into_streets(
+    fitted: FittedStreets, chains: StreetChains, rows: IntArray, curve: IntArray, new: PlanView, places: Places
+) -> FittedStreets:
+    """Return the streets with parts of the new curves of their chains, cut nearest to their intersections.
+
+    `rows` are those of streets in chains that have changed, all of them, and `curve` (rows,) their new curve.
+    """
+    plan = fitted.plan_view
+    street, back, begin = chains.street[rows], chains.back[rows], chains.place_of(plan)[rows]
+    length = lengths(plan)[street]
+    first = np.diff(curve, prepend=-1) > 0
+    lo = np.zeros(len(rows))
+    cut = np.flatnonzero(~first)
+    x, y, _ = pose(plan, street[cut], np.where(back[cut], length[cut], 0.0))
+    s = np.array([np.interp(begin[k], *places[int(curve[k])]) for k in cut.tolist()])
+    for _ in range(_FOOT_ROUNDS):
+        # Curves may cross themselves: the nearest place of all may be elsewhere.
+        x0, y0, hdg = pose(new, curve[cut], s)
+        s = s + np.clip((x - x0) * np.cos(hdg) + (y - y0) * np.sin(hdg), -_FOOT_STEP, _FOOT_STEP)
+    lo[cut] = snap_cuts(new, curve[cut], s)
+    hi = np.where(np.append(first[1:], True), lengths(new)[curve], np.append(lo[1:], 0.0))
+    parts = reverse_curves(cut_curves(new, lo, hi, curve), back, wrap=False)
+    pieces = list(fitted.pieces)
+    for k, row in enumerate(street.tolist()):
+        if len(pieces[row]) == 1:
+            continue
+        s = np.array([piece[0] for piece in pieces[row]])
+        along = begin[k] + (length[k] - s if back[k] else s)
+        at = np.interp(along, *places[int(curve[k])]) - lo[k]
+        at = np.clip(hi[k] - lo[k] - at if back[k] else at, 0.0, hi[k] - lo[k])
+        at[s == 0.0] = 0.0
+        pieces[row] = tuple((s, *piece[1:]) for s, piece in zip(at.tolist(), pieces[row], strict=True))
+    return FittedStreets(replace_curves(plan, street, parts, np.arange(len(rows))), tuple(pieces), fitted.aside)
