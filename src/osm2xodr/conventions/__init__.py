@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         meant_ends as meant_ends,
         places_on_streets as places_on_streets,
         priority_rank as priority_rank,
+        ranks_at_junction as ranks_at_junction,
         read_signs as read_signs,
     )
     from osm2xodr.conventions.targets import (
@@ -47,7 +48,14 @@ __getattr__ = lazy_exports(
     {
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
-        "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
+        "street_signs": (
+            "Signs",
+            "meant_ends",
+            "places_on_streets",
+            "priority_rank",
+            "ranks_at_junction",
+            "read_signs",
+        ),
         "targets": ("Crosswalks", "DEFAULT_TARGET", "PLANS", "SPIRALS", "TARGETS", "Target", "programmes_file"),
     },
 )

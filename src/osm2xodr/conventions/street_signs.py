@@ -47,6 +47,17 @@ def priority_rank(highway: str) -> int:
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
 
 
+def ranks_at_junction(highways: Iterable[str]) -> list[int]:
+    """Return the ranks of the arms of a junction by their classes in OSM.
+
+    Ramps rank above streets in general where they run on and those end.
+    """
+    ranks = [priority_rank(highway) for highway in highways]
+    runs_on = ranks.count(defaults.PRIORITY_RANK_LINK) > 1 and ranks.count(defaults.PRIORITY_RANK_OTHER) < 2
+    raised = {defaults.PRIORITY_RANK_LINK: defaults.PRIORITY_RANK_LINK_THROUGH} if runs_on else {}
+    return [raised.get(rank, rank) for rank in ranks]
+
+
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
