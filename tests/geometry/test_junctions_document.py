@@ -111,7 +111,7 @@ def test_ranks_are_those_of_the_code() -> None:
     rows = re.findall(r"^\| (\d+) \| ([a-z][\w, ()*`]+) \|$", TEXT, re.MULTILINE)
     assert [int(rank) for rank, _ in rows] == list(range(10, -1, -1))
     for rank, classes in rows:
-        if classes.startswith("ramps that run on"):
+        if classes.startswith("ramps where"):
             assert ranks_at_junction(["trunk_link", "primary_link", "residential"])[:2] == [int(rank)] * 2
             continue
         for name in classes.split(", "):

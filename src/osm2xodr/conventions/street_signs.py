@@ -50,12 +50,13 @@ def priority_rank(highway: str) -> int:
 def ranks_at_junction(highways: Iterable[str]) -> list[int]:
     """Return the ranks of the arms of a junction by their classes in OSM.
 
-    Ramps rank above streets in general where they run on and those end.
+    Ramps rank above streets in general where none of these runs on.
     """
     ranks = [priority_rank(highway) for highway in highways]
-    runs_on = ranks.count(defaults.PRIORITY_RANK_LINK) > 1 and ranks.count(defaults.PRIORITY_RANK_OTHER) < 2
-    raised = {defaults.PRIORITY_RANK_LINK: defaults.PRIORITY_RANK_LINK_THROUGH} if runs_on else {}
-    return [raised.get(rank, rank) for rank in ranks]
+    if ranks.count(defaults.PRIORITY_RANK_OTHER) > 1:
+        return ranks
+    link, above = defaults.PRIORITY_RANK_LINK, defaults.PRIORITY_RANK_LINK_ABOVE
+    return [above if rank == link else rank for rank in ranks]
 
 
 def read_signs(network: StreetNetwork) -> Signs:

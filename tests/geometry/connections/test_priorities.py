@@ -210,6 +210,8 @@ def arm(rank: int, sign: Sign | None = None, ring: bool = False, priority_road: 
     [
         (arm(6), arm(4), [6, 6, 4], (True, False)),
         (arm(6), arm(4), [6, 4, 4], (False, False)),
+        (arm(7), arm(4), [7, 6, 4], (True, False)),
+        (arm(7), arm(6), [7, 6, 6, 4], (False, False)),
         (arm(4), arm(1), [4, 1, 1], (True, False)),
         (arm(4), arm(4), [4, 4, 4], (False, False)),
         (arm(6, Sign.STOP), arm(4), [6, 6, 4], (False, True)),

@@ -159,8 +159,8 @@ def _is_minor(arm: Arm, other: Arm) -> bool:
 
 
 def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:
-    """Say whether a road of one rank goes before one of another: a higher one does where it runs on."""
-    return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank >= one for rank in ranks) >= 2)
+    """Say whether a road of one rank goes before one of another: a higher one does where roads above that run on."""
+    return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank > other for rank in ranks) >= 2)
 
 
 def _contradicted(arms: Collection[Arm], ranks: Sequence[int]) -> bool:
