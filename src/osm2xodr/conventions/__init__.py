@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from osm2xodr.conventions.targets import (
         DEFAULT_TARGET as DEFAULT_TARGET,
         PLANS as PLANS,
+        PROGRAMMES_HEAD as PROGRAMMES_HEAD,
         SPIRALS as SPIRALS,
         TARGETS as TARGETS,
         Crosswalks as Crosswalks,
@@ -56,6 +57,15 @@ __getattr__ = lazy_exports(
             "ranks_at_junction",
             "read_signs",
         ),
-        "targets": ("Crosswalks", "DEFAULT_TARGET", "PLANS", "SPIRALS", "TARGETS", "Target", "programmes_file"),
+        "targets": (
+            "Crosswalks",
+            "DEFAULT_TARGET",
+            "PLANS",
+            "PROGRAMMES_HEAD",
+            "SPIRALS",
+            "TARGETS",
+            "Target",
+            "programmes_file",
+        ),
     },
 )
