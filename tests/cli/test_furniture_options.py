@@ -117,6 +117,9 @@ def test_signal_programmes_are_written_beside_the_file(tmp_path: Path, capsys: p
     assert "x.tll.xml exists" in capsys.readouterr().err
     assert main([*command, "--overwrite", "--target", "sumo"]) == 0
     assert "<tlLogic " in beside.read_text(encoding="utf-8")
+    # They do not stay beside a file that they do not belong to.
+    assert main([*command, "--overwrite"]) == 0
+    assert not beside.exists()
 
 
 def test_unknown_objects_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

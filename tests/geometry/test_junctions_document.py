@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from osm2xodr import defaults as shared
-from osm2xodr.conventions import priority_rank
+from osm2xodr.conventions import priority_rank, ranks_at_junction
 from osm2xodr.geometry import defaults as geometry
 from osm2xodr.geometry.plan_view import defaults as plan_view
 
@@ -108,9 +108,12 @@ def test_kerb_radii_are_those_of_the_code() -> None:
 
 
 def test_ranks_are_those_of_the_code() -> None:
-    rows = re.findall(r"^\| (\d) \| ([a-z][\w, ()*`]+) \|$", TEXT, re.MULTILINE)
-    assert [int(rank) for rank, _ in rows] == list(range(9, -1, -1))
+    rows = re.findall(r"^\| (\d+) \| ([a-z][\w, ()*`]+) \|$", TEXT, re.MULTILINE)
+    assert [int(rank) for rank, _ in rows] == list(range(10, -1, -1))
     for rank, classes in rows:
+        if classes.startswith("ramps where"):
+            assert ranks_at_junction(["trunk_link", "primary_link", "residential"])[:2] == [int(rank)] * 2
+            continue
         for name in classes.split(", "):
-            value = {"all others": "escape", "all ramps (`*_link`)": "motorway_link"}.get(name, name)
+            value = {"all others": "escape", "all other ramps (`*_link`)": "motorway_link"}.get(name, name)
             assert priority_rank(value) == int(rank), name

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from osm2xodr.errors import OutputError
-from osm2xodr.system.files import appended, atomic_output, check_target, complete, make_folder
+from osm2xodr.system.files import appended, atomic_output, check_target, complete, make_folder, remove_made
 
 
 def test_a_new_file_appears_at_the_end_only(tmp_path: Path) -> None:
@@ -177,3 +177,12 @@ def test_folders_are_made(tmp_path: Path) -> None:
         make_folder(tmp_path / "file")
     with pytest.raises(OutputError, match=r"cannot write .*c: not a directory"):
         make_folder(tmp_path / "file" / "c")
+
+
+def test_only_files_with_our_head_are_removed(tmp_path: Path) -> None:
+    ours, other = tmp_path / "ours", tmp_path / "other"
+    ours.write_bytes(b"<head>text")
+    other.write_bytes(b"<hea")
+    for path in (ours, other, tmp_path, tmp_path / "none"):
+        remove_made(path, b"<head>")
+    assert [item.name for item in tmp_path.iterdir()] == ["other"]

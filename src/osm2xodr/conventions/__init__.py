@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         meant_ends as meant_ends,
         places_on_streets as places_on_streets,
         priority_rank as priority_rank,
+        ranks_at_junction as ranks_at_junction,
         read_signs as read_signs,
     )
     from osm2xodr.conventions.targets import (
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         MEASURED as MEASURED,
         NO_SUPERELEVATION as NO_SUPERELEVATION,
         PLANS as PLANS,
+        PROGRAMMES_HEAD as PROGRAMMES_HEAD,
         SPIRALS as SPIRALS,
         SUPERELEVATION as SUPERELEVATION,
         TARGETS as TARGETS,
@@ -50,13 +52,21 @@ __getattr__ = lazy_exports(
     {
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
-        "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
+        "street_signs": (
+            "Signs",
+            "meant_ends",
+            "places_on_streets",
+            "priority_rank",
+            "ranks_at_junction",
+            "read_signs",
+        ),
         "targets": (
             "Crosswalks",
             "DEFAULT_TARGET",
             "MEASURED",
             "NO_SUPERELEVATION",
             "PLANS",
+            "PROGRAMMES_HEAD",
             "SPIRALS",
             "SUPERELEVATION",
             "TARGETS",

@@ -44,15 +44,16 @@ ONE_LANE_WIDTH: Final = MappingProxyType(
 DEFAULT_SPEED_KMH: Final = MappingProxyType({"urban": 50, "rural": 90, "motorway": 120, "living_street": 20})
 
 # Rank of a road by OSM's highway value where nothing is signed: traffic from a road of lower rank yields. Ramps yield
-# to all roads; traffic from properties, tracks and streets with walking speed yields to all others (StVO, sections 8,
-# 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads have equal rank.
+# to all roads that run on; traffic from properties, tracks and streets with walking speed yields to all others
+# (StVO, sections 8, 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads
+# have equal rank.
 PRIORITY_RANK: Final = MappingProxyType(
     {
-        "motorway": 9,
-        "trunk": 8,
-        "primary": 7,
-        "secondary": 6,
-        "tertiary": 5,
+        "motorway": 10,
+        "trunk": 9,
+        "primary": 8,
+        "secondary": 7,
+        "tertiary": 6,
         **dict.fromkeys(("unclassified", "residential", "road", "busway"), 4),
         **dict.fromkeys(("living_street", "pedestrian"), 2),
         "service": 1,
@@ -60,6 +61,9 @@ PRIORITY_RANK: Final = MappingProxyType(
     }
 )
 PRIORITY_RANK_LINK: Final = 3
+# Rank of ramps at junctions through which no street of `PRIORITY_RANK_OTHER` runs: they lead from and to main roads;
+# a choice.
+PRIORITY_RANK_LINK_ABOVE: Final = 5
 PRIORITY_RANK_OTHER: Final = 4
 
 # Width of narrow marks and of wide ones (motorway edges), m: German RMS 1993.

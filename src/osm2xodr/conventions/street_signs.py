@@ -47,6 +47,18 @@ def priority_rank(highway: str) -> int:
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
 
 
+def ranks_at_junction(highways: Iterable[str]) -> list[int]:
+    """Return the ranks of the arms of a junction by their classes in OSM.
+
+    Ramps rank above streets in general where none of these runs on.
+    """
+    ranks = [priority_rank(highway) for highway in highways]
+    if ranks.count(defaults.PRIORITY_RANK_OTHER) > 1:
+        return ranks
+    link, above = defaults.PRIORITY_RANK_LINK, defaults.PRIORITY_RANK_LINK_ABOVE
+    return [above if rank == link else rank for rank in ranks]
+
+
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 

@@ -91,6 +91,8 @@ class Target:
 
 # What the file with signal programmes has in place of ``.xodr``, as SUMO calls such files.
 _PROGRAMMES: Final = ".tll.xml"
+# How such files begin, so that one whose OpenDRIVE file is replaced is known for ours.
+PROGRAMMES_HEAD: Final = '<?xml version="1.0" encoding="UTF-8"?>\n<!-- osm2xodr: belongs to the file beside it -->\n'
 
 
 def programmes_file(path: Path) -> Path:

@@ -16,12 +16,12 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from osm2xodr.conventions import programmes_file
+from osm2xodr.conventions import PROGRAMMES_HEAD, programmes_file
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
 from osm2xodr.reporting.osm_issues import osm_issues as osm_issues_of
 from osm2xodr.reporting.report import report
-from osm2xodr.system import STANDARD_OUTPUT, settle, stream_to
+from osm2xodr.system import STANDARD_OUTPUT, remove_made, settle, stream_to
 from osm2xodr.xodrWriter import WriteOptions, check_date, signal_programmes, write_xodr
 
 if TYPE_CHECKING:
@@ -67,6 +67,7 @@ class Conversion:
         """Write the road network as OpenDRIVE, and what there is to be beside it; all or nothing.
 
         For SUMO the programmes of traffic lights are written beside a file, as ``area.tll.xml`` beside ``area.xodr``.
+        If there are none, the programmes of a file that is replaced are removed.
 
         Parameters
         ----------
@@ -107,8 +108,9 @@ class Conversion:
             write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
             others: list[tuple[Path, bytes]] = []
-            if Path(path) != STANDARD_OUTPUT and (programmes := signal_programmes(self.road_map, how)):
-                others.append((programmes_file(Path(path)), programmes))
+            beside = None if Path(path) == STANDARD_OUTPUT else programmes_file(Path(path))
+            if beside is not None and (programmes := signal_programmes(self.road_map, how)):
+                others.append((beside, programmes))
             if report_json is not None:
                 others.append((Path(report_json), self.report(written, how)))
             if osm_issues is not None:
@@ -117,9 +119,12 @@ class Conversion:
                 # Only when the document is safe, but before its file gets its name: all are there in the end, or
                 # none.
                 settle(stream)
-            with ExitStack() as beside:
+            with ExitStack() as stack:
                 for target, data in others:
-                    beside.enter_context(stream_to(target)).write(data)
+                    stack.enter_context(stream_to(target)).write(data)
+        if beside is not None and beside not in (target for target, _ in others):
+            # What belonged to a file that is replaced would now contradict it.
+            remove_made(beside, PROGRAMMES_HEAD.encode())
         return written
 
     def _issues(self) -> bytes:

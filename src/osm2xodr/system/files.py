@@ -104,6 +104,24 @@ def complete(part: Path, path: Path) -> None:
         raise OutputError(_reason(path, error)) from error
 
 
+def remove_made(path: Path, head: bytes) -> None:
+    """Remove a file that begins with the bytes by which it is known; others, and what is no file, stay.
+
+    `OutputError` says why that cannot be.
+    """
+    try:
+        if not path.is_file():
+            return
+        with path.open("rb") as stream:
+            made = stream.read(len(head)) == head
+        if made:
+            path.unlink()
+    except OSError as error:
+        raise OutputError(
+            f"cannot remove {path}, which belonged to a file that is replaced: {error.strerror}"
+        ) from error
+
+
 def make_folder(path: Path) -> None:
     """Make a folder and those above it where they are missing; `OutputError` says why that cannot be."""
     try:

@@ -13,6 +13,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
+from osm2xodr.conventions import PROGRAMMES_HEAD
 from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, Lane, LaneSection, Road, RoadMap, SignalLink, SignalPhase
 from osm2xodr.xodrWriter.formatting import number
@@ -41,7 +42,7 @@ def programmes_text(road_map: RoadMap, words: Words) -> str:
         logics.append(f' <tlLogic id="{light}" type="{kind}" programID="0" offset="0">\n{phases} </tlLogic>\n')
         ends = enumerate(named.values())
         connections += [f' <connection {text} tl="{light}" linkIndex="{k}"/>\n' for k, text in ends]
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n<tlLogics>\n{"".join((*logics, *connections))}</tlLogics>\n'
+    return f"{PROGRAMMES_HEAD}<tlLogics>\n{''.join((*logics, *connections))}</tlLogics>\n"
 
 
 def _phase(phase: SignalPhase, links: Iterable[int]) -> str:

@@ -91,6 +91,8 @@ EQUAL = {1: SIDE, 2: SIDE, 3: SIDE}
         ({1: SIDE, 2: SIDE, 3: MAIN}, {}, set()),
         # Ramps yield whatever they are called after.
         ({1: "highway=tertiary", 2: "highway=tertiary", 3: "highway=primary_link"}, {}, T_FROM_SOUTH),
+        # ... but go before streets that end at them.
+        ({1: "highway=trunk_link", 2: "highway=trunk_link", 3: SIDE}, {}, T_FROM_SOUTH),
         # -- signs
         (EQUAL, {"si": "highway=give_way direction=forward"}, T_FROM_SOUTH),
         (EQUAL, {"si": "highway=stop"}, T_FROM_SOUTH),
@@ -208,12 +210,15 @@ def arm(rank: int, sign: Sign | None = None, ring: bool = False, priority_road: 
     [
         (arm(6), arm(4), [6, 6, 4], (True, False)),
         (arm(6), arm(4), [6, 4, 4], (False, False)),
+        (arm(7), arm(4), [7, 6, 4], (True, False)),
+        (arm(7), arm(6), [7, 6, 6, 4], (False, False)),
         (arm(4), arm(1), [4, 1, 1], (True, False)),
         (arm(4), arm(4), [4, 4, 4], (False, False)),
         (arm(6, Sign.STOP), arm(4), [6, 6, 4], (False, True)),
         (arm(4), arm(4, Sign.GIVE_WAY), [4, 4, 4], (True, False)),
-        # Who leaves a property has no sign, and yields to who has one as little as the other way round.
-        (arm(4, Sign.STOP), arm(1), [4, 4, 1], (False, False)),
+        # Who leaves a property has no sign, and yields to who has one as well.
+        (arm(4, Sign.STOP), arm(1), [4, 4, 1], (True, False)),
+        (arm(4, Sign.STOP), arm(1, Sign.STOP), [4, 4, 1], (False, False)),
         (arm(4, ring=True), arm(7), [4, 4, 7], (True, False)),
         (arm(1, ring=True), arm(4), [1, 1, 4], (True, False)),
         (arm(4, ring=True), arm(7, Sign.GIVE_WAY), [4, 4, 7], (True, False)),

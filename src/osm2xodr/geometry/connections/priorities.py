@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.conventions import Signs, priority_rank, read_signs
+from osm2xodr.conventions import Signs, ranks_at_junction, read_signs
 from osm2xodr.curves import curves_cross
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
@@ -73,16 +73,17 @@ def find_priorities(
     for junction, rows in _rows_by_entry(parts, connecting):
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
         arms: dict[int, Arm] = {}
+        ranks = ranks_at_junction(_attributes(network, end).highway for end in layout.arms[junction])
+        rank = dict(zip(layout.arms[junction], ranks, strict=True))
         for end in rows:
             tagged = _attributes(network, end).priority_road
-            arms[end] = Arm(bool(ends.roundabout[end]), signs.before_end.get(end), tagged, _rank(network, end))
+            arms[end] = Arm(bool(ends.roundabout[end]), signs.before_end.get(end), tagged, rank[end])
         if junction in inside or signs.signalled(nodes, list(arms)):
             counts["junctions_with_signals"] += 1
             continue
         if signs.all_way & arms.keys() or not signs.all_way_nodes.isdisjoint(nodes):
             counts["all_way_stops"] += 1
             continue
-        ranks = [_rank(network, end) for end in layout.arms[junction]]
         decided = [(a, b) for a, b in permutations(arms, 2) if goes_first(arms[a], arms[b], ranks)]
         for a, b in decided:
             high += [i for i in rows[a] for _ in rows[b]]
@@ -136,25 +137,21 @@ def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Sig
     return {junction_of[node] for street in streets for node in (street.start, street.end) if node in junction_of}
 
 
-def _rank(network: StreetNetwork, end: int) -> int:
-    return priority_rank(_attributes(network, end).highway)
-
-
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
     return network.streets[end // 2].attributes_at_end(end)
 
 
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:
     """Say whether traffic of one arm goes before that of another; `ranks` are those of all arms of the junction."""
-    # Who leaves a property yields, whether that is signed or not.
-    one_yields = one.yields or (one.sign is None and _is_minor(one, other))
-    other_yields = other.yields or (other.sign is None and _is_minor(other, one))
-    if one_yields != other_yields:
-        return other_yields
+    # Who leaves a property yields, whether that is signed or not, and to those who yield to others as well.
+    leaves, other_leaves = (a.sign is None and _is_minor(a, b) for a, b in ((one, other), (other, one)))
+    for mine, its in ((one.yields or leaves, other.yields or other_leaves), (leaves, other_leaves)):
+        if mine != its:
+            return its
     for mine, its in ((one.ring, other.ring), (one.priority_road, other.priority_road)):
         if mine != its:
             return mine
-    return not one_yields and _outranks(one.rank, other.rank, ranks)
+    return not one.yields and _outranks(one.rank, other.rank, ranks)
 
 
 def _is_minor(arm: Arm, other: Arm) -> bool:
@@ -162,8 +159,8 @@ def _is_minor(arm: Arm, other: Arm) -> bool:
 
 
 def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:
-    """Say whether a road of one rank goes before one of another: a higher one does where it runs on."""
-    return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank >= one for rank in ranks) >= 2)
+    """Say whether a road of one rank goes before one of another: a higher one does where roads above that run on."""
+    return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank > other for rank in ranks) >= 2)
 
 
 def _contradicted(arms: Collection[Arm], ranks: Sequence[int]) -> bool:
