@@ -18,7 +18,6 @@ from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
 from osm2xodr.model import (
     BoolArray,
-    Direction,
     FloatArray,
     IntArray,
     LaneType,
