@@ -60,10 +60,9 @@ def solve_network(stiffness: sp.csr_matrix, obs: Observations, limits: Limits, f
     """Minimise bending, tension and misfit under elastic limits.
 
     The robust weights are set in the first rounds, under the roads' own limits only, and then stay: an observation is
-    no outlier because another road bends this one away from it. What these leave higher of two roads that may pass each
-    other either way up goes above. The quadratic part that does not change is the
-    stiffness, (N, N); factors, (n,), are on the observations' weights to begin with. The rows of observations and
-    limits are used up: afterwards the order of their columns is that of the elimination.
+    no outlier because another road bends this one away from it. Of two roads that may pass each other either way up,
+    the one that is higher then goes above. The quadratic part that does not change is the stiffness, (N, N); factors,
+    (n,), are on the observations' weights to begin with. The rows of observations and limits are used up: afterwards the order of their columns is that of the elimination.
     """
     rows = obs.rows
     system = System([stiffness], [rows, limits.rows])
@@ -124,7 +123,9 @@ def _settle_part(objective: _Objective, x: FloatArray, some: IntArray) -> FloatA
     x_part[place] = x[some]
     right[place] = (objective.right - system.product(matrix, x))[some] + part @ x[some]
     low, high = limits.low[near] - rest, limits.high[near] - rest
-    limits_part = Limits(rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near], limits.either[near])
+    limits_part = Limits(
+        rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near], limits.either[near]
+    )
     objective_part = _Objective(system_part, system_part.placed(part), right, limits_part)
     return _settle(objective_part, x_part, _FALL_SHARE_OF_PART * _SMALLEST_FALL)[place]
 
