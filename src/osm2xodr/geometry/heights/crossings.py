@@ -59,7 +59,7 @@ class Carriageways:
 
 
 def connector_spans(problem: ProfileProblem, *, far: bool = False) -> IntArray:
-    """Return the span of each connecting road, (C,): of those at its ends the closer to the ground, or the `far` one."""
+    """Return the span of each connecting road, (C,): the one at its ends that is closer to the ground, or `far`."""
     connectors = problem.connectors
     if connectors is None:
         return np.zeros(0, np.int64)
