@@ -106,7 +106,7 @@ def test_an_island_beside_the_model_takes_the_slope_of_the_land() -> None:
     z, source = surface.sample(x, np.zeros(5))
     assert source.tolist() == [0, -1, -1, -1, -1]
     d = np.maximum(x - 1020.0, 0.0)
-    rise = np.minimum(x, 1020.0) + 1000.0 * -np.expm1(-d / 1000.0)
+    rise = np.minimum(x, 1020.0) + 500.0 * -np.expm1(-d / 500.0)
     # At most as far above the highest cell as half of what cells differ by.
     assert z == pytest.approx(np.minimum(300.0 + 0.01 * rise, 320.0), abs=0.05)
     assert (np.diff(z) > 0).all()

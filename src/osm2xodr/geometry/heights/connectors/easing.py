@@ -16,7 +16,7 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import FloatArray, IntArray
 
 # Shares of the way from the surface to the smoothest profile that are tried, the least first.
-_SHARES: Final = (0.25, 0.5, 0.75, 1.0)
+_SHARES: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Determinants below this share of their terms are 0: roads too short for two ends.
 _SINGULAR: Final = 1e-12
 
