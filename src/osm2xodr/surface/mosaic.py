@@ -41,11 +41,13 @@ _MARGIN_CELLS: Final = 8
 # few hundred bytes can claim more.
 _CELLS_READ_MAX: Final = 2**30
 # Length over which the step between two elevation models fades, m and cells of the coarser one, whichever is longer
-# (3 m of step over 100 m: 4.5 % of grade at most); and over which heights beyond the last measured cell fall back to
-# the trend, m. Choices.
+# (3 m of step over 100 m: 4.5 % of grade at most); over which heights beyond the last measured cell fall back to the
+# trend, m, and over which the trend's slope fades beyond all of them, m. Choices: land does not go on rising, or
+# falling into the sea, as it does where it is measured.
 _SEAM_RAMP: Final = 100.0
 _SEAM_RAMP_CELLS: Final = 4
 _EDGE_RAMP: Final = 1000.0
+_SLOPE_FADE: Final = 500.0
 # Cells along and across that are needed to detect a surface model; if the roads need fewer, more are read.
 _DETECTION_CELLS: Final = 200
 # Two elevation models on one common grid are joined unless they differ by more than this share of their standard
@@ -274,7 +276,11 @@ def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
     cell = max(max(layer.frame.steps()) for layer in layers)
     box = float(x.min()) - cell, float(y.min()) - cell, float(x.max()) + cell, float(y.max()) + cell
     room = 0.5 * float(np.ptp(z))
-    return Trend(polynomial, box, float(z.min()) - room, float(z.max()) + room)
+    # A polynomial's own slope at its rim may be anything: that of the plane through all heights goes on.
+    plane = fit_polynomial(x, y, z, min(order, 1), area)
+    rise = plane.heights(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])) - plane.heights(*np.zeros((2, 1)))
+    slope = float(rise[1]), float(rise[2])
+    return Trend(polynomial, box, float(z.min()) - room, float(z.max()) + room, slope, _SLOPE_FADE)
 
 
 def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -66,19 +66,32 @@ class _FilledLayer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trend:
-    """The polynomial trend, limited beyond the heights it was fitted to."""
+    """The polynomial trend, which goes on with a plane's slope beyond the heights it was fitted to, less and less."""
 
     polynomial: PolynomialTrend
-    # West, south, east, north, local m: beyond, the trend is that at the nearest point of the box
+    # West, south, east, north, local m: beyond, the trend is that at the nearest point of the box and what it rises
+    # from there
     box: tuple[float, float, float, float]
     # Limits of its heights, m
     lowest: float
     highest: float
+    # Rise per metre toward east and north beyond the box, and the length over which it fades, m
+    slope: tuple[float, float] = (0.0, 0.0)
+    fade: float = 1.0
 
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return z (n,), m, at local x, y."""
+        """Return z (n,), m, at local x, y.
+
+        At a distance d from the box the slope is exp(-d / fade) of what it is there: all in all it rises as much as
+        over one length of fading.
+        """
         west, south, east, north = self.box
-        z = self.polynomial.heights(np.clip(x, west, east), np.clip(y, south, north))
+        near_x, near_y = np.clip(x, west, east), np.clip(y, south, north)
+        z = self.polynomial.heights(near_x, near_y)
+        dx, dy = x - near_x, y - near_y
+        away = np.hypot(dx, dy) / self.fade
+        share = np.where(away > 0.0, -np.expm1(-away) / np.where(away > 0.0, away, 1.0), 1.0)
+        z = z + share * (self.slope[0] * dx + self.slope[1] * dy)
         return np.clip(z, self.lowest, self.highest)
 
 

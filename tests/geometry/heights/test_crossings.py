@@ -19,7 +19,7 @@ def crossings(roads: list[RoadSpec], junctions: list[tuple[float, float]] = []) 
 
 
 def find(problem: ProfileProblem) -> Crossings:
-    return find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
+    return find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)[0]
 
 
 def test_bridge_over_a_road_is_one_place_with_its_corners() -> None:
@@ -63,10 +63,48 @@ def test_in_one_layer_bridges_are_above_the_ground_and_tunnels_below(layer: int)
 
 
 @pytest.mark.parametrize("structure", [0, 1, 2])
-def test_what_is_on_one_level_does_not_cross(structure: int) -> None:
+def test_structures_of_one_layer_cross_either_way_up_and_the_ground_does_not(structure: int) -> None:
     spans = [(0.0, structure, 1)]
     roads = [straight((-100.0, 0.0), (100.0, 0.0), spans=spans), straight((0.0, 100.0), (0.0, -100.0), spans=spans)]
+    found = crossings(roads)
+    assert found.either is not None
+    assert (len(found.upper) > 0) == (structure != 0)
+    assert found.either.all()
+    # Side by side none of them passes over the other.
+    roads[1] = straight((-100.0, 4.0), (100.0, 4.0), spans=spans)
     assert len(crossings(roads).upper) == 0
+
+
+def test_the_lower_one_of_two_tunnels_is_what_lies_lower() -> None:
+    spans = [(0.0, 2, -1)]
+    found = crossings(
+        [straight((-100.0, 0.0), (100.0, 0.0), spans=spans), straight((0.0, 100.0), (0.0, -100.0), spans=spans)]
+    )
+    n = len(found.upper)
+    same, above = found.turned(np.full(n, 3.0))
+    turned, below = found.turned(np.full(n, -3.0))
+    assert above.tolist() == below.tolist() == [3.0] * n
+    assert (turned.upper.tolist(), turned.lower_s.tolist()) == (same.lower.tolist(), same.upper_s.tolist())
+    # A place turns as a whole.
+    assert found.turned(np.r_[-5.0, np.ones(n - 1)])[1].tolist() == [5.0] + [-1.0] * (n - 1)
+
+
+def test_layers_that_overlap_beside_their_node_are_level_there() -> None:
+    roads = [
+        straight((-1.0, 0.5), (100.0, 0.5), start=0, spans=[(0.0, 2, 0)]),
+        straight((0.0, 0.0), (100.0, 30.0), start=0),
+    ]
+    problem = make_problem(roads, [(0.0, 0.0)])
+    passing, meets = find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
+    assert len(passing.upper) == 0
+    assert (set(meets.upper.tolist()), set(meets.lower.tolist())) == ({1}, {0})
+    assert meets.upper_s.max() < 25.0
+    # What only touches it by its side is left alone.
+    roads[1] = straight((0.0, 6.0), (100.0, 36.0), start=0)
+    problem = make_problem(roads, [(0.0, 0.0)])
+    assert (
+        len(find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)[1].upper) == 0
+    )
 
 
 def test_layer_goes_before_structure() -> None:
@@ -108,6 +146,19 @@ def test_connecting_road_is_crossed_as_its_arms_are() -> None:
     assert found.upper_s == pytest.approx(np.full(len(found.upper_s), 100.0), abs=4.0)
     assert found.lower_s == pytest.approx(np.full(len(found.lower_s), 12.0), abs=5.0)
     assert len(find(arms_below(bridge=0, layer=0)).upper) == 0
+
+
+@pytest.mark.parametrize(("structure", "layer", "above"), [(1, 1, True), (2, -1, False)])
+def test_connecting_road_passes_what_has_no_node_with_it_as_its_other_arm_does(
+    structure: int, layer: int, above: bool
+) -> None:
+    # Both roads are on the ground where they cross, and one arm of the junction is a bridge or a tunnel.
+    problem = arms_below(bridge=0, layer=0)
+    spans = (np.array([0, 0, value], np.int64) for value in (structure, layer))
+    problem = replace(problem, span_structure=next(spans), span_layer=next(spans))
+    found = find(problem)
+    assert set(found.upper.tolist()) == ({3} if above else {0})
+    assert set(found.lower.tolist()) == ({0} if above else {3})
 
 
 def test_road_does_not_cross_the_connecting_roads_of_its_own_end() -> None:

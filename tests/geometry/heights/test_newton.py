@@ -42,9 +42,9 @@ def bound(
     rows: sp.csr_matrix, low: float, high: float, stiffness: float, cap: float = np.inf, *, own: bool = True
 ) -> Limits:
     n = rows.shape[0]
-    return Limits(
-        rows, np.full(n, low), np.full(n, high), np.full(n, stiffness), np.full(n, cap), np.full(n, own, bool)
-    )
+    bounds = np.full(n, low), np.full(n, high)
+    either = np.full(n, -1, np.int64)
+    return Limits(rows, *bounds, np.full(n, stiffness), np.full(n, cap), np.full(n, own, bool), either)
 
 
 def minimise(stiffness: sp.csr_matrix, observations: Observations, limits: Limits) -> Solved:
@@ -140,6 +140,7 @@ def test_few_places_are_brought_to_rest_by_themselves(monkeypatch: pytest.Monkey
         np.full(k, 1e3),
         cap,
         np.ones(k, bool),
+        np.full(k, -1, np.int64),
     )
     parts = []
     settle_part = newton._settle_part

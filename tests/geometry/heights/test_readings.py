@@ -125,10 +125,14 @@ def test_what_is_not_measured_is_a_guess_and_nothing_covers_it() -> None:
     measured = samples.x < 100.0
     assert roads.measured.tolist() == roads.covered.tolist() == measured.tolist()
     assert roads.correlation == pytest.approx(np.where(measured, 17.0, 200.0))
-    assert roads.sigma[~measured] == pytest.approx(np.full(10, 30.0))
+    # They are the less certain the farther what is measured is: twice as much in a kilometre.
+    assert roads.sigma[~measured] == pytest.approx(30.0 * (1.0 + roads.away[~measured] / 1000.0))
+    assert roads.away[~measured].max() > 50.0
     assert roads.z.tolist() == roads.surface_z.tolist() == [40.0] * 20
     # Junctions have no part for the position of a road.
-    assert (junctions.z.tolist(), junctions.sigma.tolist()) == ([90.0, 90.0], [1.0, 30.0])
+    assert junctions.z.tolist() == [90.0, 90.0]
+    # The second is 74 m from the nearest sample that is measured, at (95, 0).
+    assert junctions.sigma == pytest.approx([1.0, 30.0 * (1.0 + np.hypot(55.0, 50.0) / 1000.0)])
     assert junctions.measured.tolist() == junctions.covered.tolist() == [True, False]
     assert junctions.cell.tolist() == [10.0, 10.0]
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from elevation_helpers import RoadSpec, make_problem, plan_view, straight
 
-from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
+from osm2xodr.geometry.heights.speeds import driven_speeds, fastest_around, span_speeds
+from osm2xodr.model import PlanView
 
 
 def test_unknown_limits_count_as_50_and_none_as_130() -> None:
@@ -24,3 +25,14 @@ def test_bends_slow_down_to_what_the_lateral_acceleration_allows() -> None:
     bend = np.sqrt(3.0 / 0.1)
     assert speed == pytest.approx([14.0, bend, bend, bend])
     assert driven_speeds(plan, np.array([1]), np.array([20.0]), np.array([5.0])) == pytest.approx([5.0])
+
+
+def test_cars_are_fastest_before_a_bend_begins() -> None:
+    plan = PlanView(
+        np.array([0, 2], np.int64), np.array([0.0, 30.0]), np.array([0.0, 30.0]), np.zeros(2), np.zeros(2),
+        np.array([30.0, 20.0]), np.array([0.0, 0.1]),
+    )  # fmt: skip
+    road, place, posted = np.zeros(2, np.int64), np.array([30.0, 40.0]), np.full(2, 14.0)
+    # A wheelbase of 2.7 m that ends where the bend begins is straight.
+    assert fastest_around(plan, road, place, posted) == pytest.approx([14.0, np.sqrt(3.0 / 0.1)])
+    assert driven_speeds(plan, road, place, posted)[0] == pytest.approx(np.sqrt(3.0 / 0.05))

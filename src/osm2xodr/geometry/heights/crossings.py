@@ -49,6 +49,8 @@ class Carriageways:
     # (n,) Structure and layer
     structure: IntArray
     layer: IntArray
+    level: IntArray  # (n,) Number of the level: the higher one passes over the lower one
+    far_level: IntArray  # (n,) The same of connecting roads by that of their arms which is farther from the ground
 
     @property
     def middles(self) -> tuple[FloatArray, FloatArray]:
@@ -56,24 +58,24 @@ class Carriageways:
         return self.corners[:, :2].mean(axis=1), self.corners[:, 2:].mean(axis=1)
 
 
-def connector_spans(problem: ProfileProblem) -> IntArray:
-    """Return the span of each connecting road, (C,): of those at its ends the one closer to the ground."""
+def connector_spans(problem: ProfileProblem, *, far: bool = False) -> IntArray:
+    """Return the span of each connecting road, (C,): the one at its ends that is closer to the ground, or `far`."""
     connectors = problem.connectors
     if connectors is None:
         return np.zeros(0, np.int64)
     spans = end_spans(problem).ravel()
     entry, exit_ = spans[connectors.start_end], spans[connectors.end_end]
     height = 2 * np.abs(problem.span_layer) + (problem.span_structure != Structure.GROUND)
-    return np.where(height[exit_] < height[entry], exit_, entry)
+    return np.where((height[exit_] < height[entry]) ^ far, exit_, entry)
 
 
-def curve_spans(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
-    """Return the span that holds at s of curves, both (n,)."""
+def curve_spans(problem: ProfileProblem, curve: IntArray, s: FloatArray, *, far: bool = False) -> IntArray:
+    """Return the span that holds at s of curves, both (n,); `far` is that of `connector_spans`."""
     roads = len(problem.end_junction)
     out = np.zeros(len(curve), np.int64)
     plain = curve < roads
     out[plain] = span_at(problem, curve[plain], s[plain])
-    out[~plain] = connector_spans(problem)[curve[~plain] - roads]
+    out[~plain] = connector_spans(problem, far=far)[curve[~plain] - roads]
     return out
 
 
@@ -94,7 +96,10 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
         across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
         ends += [np.column_stack([x, y]) + (middle + side * half)[:, None] * across for side in (-1.0, 1.0)]
     corners = np.stack([ends[0], ends[1], ends[3], ends[2]], axis=1)
-    return Carriageways(curve, s, corners, 2 * half, problem.span_structure[span], problem.span_layer[span])
+    level = _levels(problem.span_structure, problem.span_layer)
+    structure, layer = problem.span_structure[span], problem.span_layer[span]
+    far = level[curve_spans(problem, curve, s, far=True)]
+    return Carriageways(curve, s, corners, 2 * half, structure, layer, level[span], far)
 
 
 def _across(
@@ -175,7 +180,8 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossin
     passing = (crosses & ~near) | above
     # On both sides of the same curve there is nothing to be level with.
     half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
-    meeting = near & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
+    apart = ways.level[pairs.upper] != ways.level[pairs.lower]
+    meeting = near & apart & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
     chosen = (np.flatnonzero(rows) for rows in (passing, meeting))
     found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, pairs.chosen(rows))) for rows in chosen)
     return found, meets
@@ -188,8 +194,8 @@ def _as_crossings(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) ->
     clearance, known_by = _known_clearances(problem, *spans, _clearances(problem)[spans[1]])
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    level = _levels(ways.structure, ways.layer)
-    either: BoolArray = level[pairs.upper] == level[pairs.lower]
+    one, other = pairs.upper, pairs.lower
+    either: BoolArray = (ways.level[one] == ways.level[other]) & (ways.far_level[one] == ways.far_level[other])
     return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by, either)
 
 
@@ -219,23 +225,27 @@ def _known_clearances(
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:
-    """Return all pairs of pieces on different levels that lie over each other, and of structures of one that cross."""
-    level = _levels(ways.structure, ways.layer)
-    a, b = overlapping_pairs(ways.corners, level != 0)
-    same = level[a] == level[b]
+    """Return all pairs of pieces on different levels that lie over each other, and of structures of one that cross.
+
+    Where a connecting road and what it lies over are both on the ground, its other arm decides.
+    """
+    level, far = ways.level, ways.far_level
+    a, b = overlapping_pairs(ways.corners, (level != 0) | (far != 0))
+    height = np.where(level[a] == level[b], far[a] - far[b], level[a] - level[b])
+    same = height == 0
     apart = ~same | ((ways.structure[a] != Structure.GROUND) & (ways.curve[a] != ways.curve[b]))
-    a, b, same = a[apart], b[apart], same[apart]
+    a, b, height = a[apart], b[apart], height[apart]
     depth = overlap_depths(ways.corners[a], ways.corners[b])
     deep = depth > _SHARED_WIDTH
-    a, b, depth, same = a[deep], b[deep], depth[deep], same[deep]
-    over = (level[a] > level[b]) | (same & (ways.curve[a] > ways.curve[b]))
+    a, b, depth, height = a[deep], b[deep], depth[deep], height[deep]
+    over = (height > 0) | ((height == 0) & (ways.curve[a] > ways.curve[b]))
     upper, lower = np.where(over, a, b), np.where(over, b, a)
     begin, end = ways.middles
     # A little longer than they are: two may cross where pieces meet.
     begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
     crossing = segments_cross(begin[upper], end[upper], begin[lower], end[lower])
     # Side by side on one layer, none of them is above the other.
-    used = np.flatnonzero(~same | crossing)
+    used = np.flatnonzero((height != 0) | crossing)
     return _Pairs(upper[used], lower[used], depth[used], crossing[used], np.zeros(len(used), np.int64))
 
 

@@ -160,11 +160,11 @@ CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
 # from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
 # has to rise. To clearances and heights that the user knows they give way by the last.
-CLEARANCE_PUSH_SIGMAS: Final = 10.0
+CLEARANCE_PUSH_SIGMAS: Final = 30.0
 CLEARANCE_PUSH_MIN: Final = 1.0
-CLEARANCE_PUSH_MAX: Final = 50.0
-# Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and how
-# far the ground is moved for it at most, m. Choices: they are one surface there.
+CLEARANCE_PUSH_MAX: Final = 150.0
+# Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and
+# how far the ground is moved for it at most, m. Choices: they are one surface there.
 MEETING_STEP_MAX: Final = 0.1
 MEETING_PUSH: Final = 3.0
 

@@ -15,7 +15,7 @@ import numpy as np
 from osm2xodr.curves import cubic_slope, end_curvature, lengths, owners, profile_of
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at, span_sides
-from osm2xodr.geometry.heights.speeds import WHEELBASE, driven_speeds, span_speeds
+from osm2xodr.geometry.heights.speeds import WHEELBASE, fastest_around, span_speeds
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 # From the edge of a carriageway to the middle of its outer lane, m.
@@ -24,8 +24,6 @@ _EDGE_TO_LANE: Final = 1.6
 # stays. Choices: tight arcs are not much longer.
 _REACH: Final = 4.0
 _LEAST_REACH: Final = 1.0
-# Where the middle of a car is beside a step, in wheelbases, when its speed is looked at.
-_CAR_AT: Final = (-0.5, -0.3, -0.15, 0.0, 0.15, 0.3, 0.5)
 # Largest slope of superelevation, rad/m. A choice: 1.5 times that of connecting roads, over a few metres.
 _LARGEST_TWIST: Final = 0.018
 # Least length of a lane beside that of the reference line: keeps quotients finite in bends that fold.
@@ -72,8 +70,7 @@ def _felt_steps(problem: ProfileProblem, elevation: CubicProfile) -> _Steps:
         shorter = [1.0 / np.maximum(1.0 - k * t, _LEAST_LENGTH_SHARE) for k in (before, after)]
         step = np.maximum(step, np.abs(grade * (shorter[1] - shorter[0])))
     posted = span_speeds(problem)[span]
-    # The fastest of all cars that have one axle before the step and one behind it.
-    speed = np.max([driven_speeds(plan, road, s + at * WHEELBASE, posted) for at in _CAR_AT], axis=0)
+    speed = fastest_around(plan, road, s, posted)
     felt = step * speed**2 / WHEELBASE > defaults.VERTICAL_ACCELERATION_MAX
     reach = np.minimum(_REACH, np.minimum(s, length[road] - s))
     if problem.pins is not None:

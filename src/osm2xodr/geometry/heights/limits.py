@@ -64,7 +64,7 @@ class Limits:
         return replace(self, low=np.where(self.own, self.low, -np.inf), high=np.where(self.own, self.high, np.inf))
 
     def on_their_sides(self, value: FloatArray) -> Limits:
-        """Return them with those turned over that have a value, (m,), below 0 and may have, a whole place at a time."""
+        """Return them with those turned over that have a `value`, (m,), below 0 and may have, place by place."""
         free = self.either >= 0
         over = np.zeros(len(free), bool)
         over[free] = lower_side(value[free], self.either[free], np.ones(int(free.sum()), bool))

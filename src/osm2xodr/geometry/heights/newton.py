@@ -60,10 +60,10 @@ def solve_network(stiffness: sp.csr_matrix, obs: Observations, limits: Limits, f
     """Minimise bending, tension and misfit under elastic limits.
 
     The robust weights are set in the first rounds, under the roads' own limits only, and then stay: an observation is
-    no outlier because another road bends this one away from it. What these leave higher of two roads that may pass each
-    other either way up goes above. The quadratic part that does not change is the
-    stiffness, (N, N); factors, (n,), are on the observations' weights to begin with. The rows of observations and
-    limits are used up: afterwards the order of their columns is that of the elimination.
+    no outlier because another road bends this one away from it. Of two roads that may pass each other either way up,
+    the one that is higher then goes above. The quadratic part that does not change is the stiffness, (N, N); factors,
+    (n,), are on the observations' weights to begin with. The rows of observations and limits are used up: afterwards
+    the order of their columns is that of the elimination.
     """
     rows = obs.rows
     system = System([stiffness], [rows, limits.rows])

@@ -91,18 +91,18 @@ def read_heights(
     surface_z, measured = surface.heights(x, y)
     quality = surface.quality(x, y)
     found = read_ground(complete_ground(ground, surface, quality, x, y), quality.cell_size, x, y)
-    known = np.isfinite(found.z)
+    known, away = np.isfinite(found.z), _distance_from_measured(x, y, measured)
     sigma = np.where(known, found.sigma, quality.sigma)
     everywhere = Reading(
         np.where(known, found.z, surface_z),
         surface_z,
-        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), GUESS_SIGMA),
+        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), _guess_sigma(away)),
         np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), GUESS_LENGTH),
         quality.cell_size,
         measured,
         quality.covered & ~is_coarse(quality.cell_size) & measured,
         np.where(measured, found.log_relief, np.nan),
-        _distance_from_measured(x, y, measured),
+        away,
     )
     across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
     fine = np.flatnonzero(~known[:n])
@@ -119,6 +119,11 @@ def _distance_from_measured(x: FloatArray, y: FloatArray, measured: BoolArray) -
         places = np.column_stack([x, y])
         away[~measured] = cKDTree(places[measured]).query(places[~measured])[0]
     return away
+
+
+def _guess_sigma(away: FloatArray) -> FloatArray:
+    """Return the standard error of heights so far away from all that is measured, (n,), m: it grows with it."""
+    return GUESS_SIGMA * (1.0 + np.where(np.isfinite(away), away, 0.0) / defaults.UNKNOWN_FROM)
 
 
 def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:

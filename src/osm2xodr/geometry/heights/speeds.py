@@ -18,6 +18,8 @@ _FASTEST: Final = 130.0 / 3.6
 # quotients finite.
 WHEELBASE: Final = 2.7
 _SHORTEST: Final = 1.0
+# Where the middle of a car is beside a place, in wheelbases, when the fastest one around is looked for.
+_CAR_AT: Final = (-0.5, -0.3, -0.15, 0.0, 0.15, 0.3, 0.5)
 # Bends wider than 1000 km are straight, 1/m: keeps quotients finite.
 _STRAIGHT: Final = 1e-6
 
@@ -29,12 +31,21 @@ def span_speeds(problem: ProfileProblem) -> FloatArray:
     return np.fmin(np.where(np.isnan(problem.span_speed), _UNKNOWN, problem.span_speed), _FASTEST)
 
 
+def fastest_around(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatArray) -> FloatArray:
+    """Return the largest speed, (n,), m/s, of cars whose axles are on both sides of s of curves.
+
+    Where bends in opposite directions follow each other the speed of `driven_speeds` rises for less than a metre.
+    """
+    return np.asarray(np.max([driven_speeds(plan, curve, s + at * WHEELBASE, posted) for at in _CAR_AT], axis=0))
+
+
 def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatArray) -> FloatArray:
     """Return the speed at s of curves with a posted speed, all (n,): less in bends than that, m/s.
 
     v² / R is at most `LATERAL_ACCELERATION`.
     """
-    begin, end = np.maximum(s - 0.5 * WHEELBASE, 0.0), np.minimum(s + 0.5 * WHEELBASE, lengths(plan)[curve])
+    length = lengths(plan)[curve]
+    begin, end = (np.clip(s + side * WHEELBASE, 0.0, length) for side in (-0.5, 0.5))
     turn = wrapped(pose(plan, curve, end)[2] - pose(plan, curve, begin)[2])
     curvature = np.abs(turn) / np.maximum(end - begin, _SHORTEST)
     return np.minimum(posted, np.sqrt(defaults.LATERAL_ACCELERATION / np.maximum(curvature, _STRAIGHT)))

@@ -1,9 +1,9 @@
 """Connecting roads that would throw a car at the speed that it drives there, drawn toward the smoothest way through.
 
 The surface of a junction may bend within a few metres of an arm where cars still drive at the posted speed. Between
-the heights and grades of its ends a connecting road has a profile with the least vertical acceleration (v² z'',
-squared and summed up): it bends where cars are slow. Roads that bend too sharply go as far from the surface to that
-profile as they need to. Formulas: docs/method/heights.md.
+the heights and grades of its ends a connecting road has a profile with the least v² z''² in all, with the speed v: it
+bends where cars are slow. Roads that bend too sharply go as far from the surface to that profile as they need to.
+Formulas: docs/method/heights.md.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import FloatArray, IntArray
 
 # Shares of the way from the surface to the smoothest profile that are tried, the least first.
-_SHARES: Final = (0.25, 0.5, 0.75, 1.0)
+_SHARES: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Determinants below this share of their terms are 0: roads too short for two ends.
 _SINGULAR: Final = 1e-12
 
@@ -70,14 +70,14 @@ def _largest_acceleration(
 def _smoothest(
     start: IntArray, s: FloatArray, speed: FloatArray, z: FloatArray, grade: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return heights and grades of the least integral of (v² z'')² between the ends of curves.
+    """Return heights and grades of the least integral of (v z'')² between the ends of curves.
 
-    Its curvature is z'' = (a + b s) / v⁴: a and b follow from both ends.
+    Its curvature is z'' = (a + b s) / v²: a and b follow from both ends.
     """
     first, last = start[:-1], start[1:] - 1
     counts = np.diff(start)
     share = (s / np.repeat(s[last], counts), np.repeat(np.min(speed), len(s)) / speed)
-    parts = [_integrate(start, s, weight) for weight in (share[1] ** 4, share[0] * share[1] ** 4)]
+    parts = [_integrate(start, s, weight) for weight in (share[1] ** 2, share[0] * share[1] ** 2)]
     (g_a, z_a), (g_b, z_b) = parts
     want_g = grade[last] - grade[first]
     want_z = z[last] - z[first] - grade[first] * s[last]

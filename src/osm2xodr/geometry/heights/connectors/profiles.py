@@ -19,7 +19,7 @@ from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
 from osm2xodr.geometry.heights.records import level_profile, only_curves
-from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
+from osm2xodr.geometry.heights.speeds import fastest_around, span_speeds
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
@@ -149,7 +149,7 @@ def _fit_elevation(
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
     posted = _posted_speeds(problem, connectors)[along.curve]
-    speed = driven_speeds(connectors.plan_view, along.curve, along.s, posted)
+    speed = fastest_around(connectors.plan_view, along.curve, along.s, posted)
     z, grade = ease_profiles(along.start, along.s, speed, z, grade, CONNECTOR_STEEP)
     return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
 
