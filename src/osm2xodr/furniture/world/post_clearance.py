@@ -106,7 +106,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     curve = np.repeat(owner, parts)
     rank = ranks(parts)
     s = np.repeat(plan.s, parts) + np.repeat(plan.length / parts, parts) * (rank + 0.5)
-    s = np.minimum(s, lengths(plan)[curve])
+    s = np.minimum(s, lengths(plan, curve))
     px, py, _ = pose(plan, curve, s)
     key = np.floor(px / _CELL).astype(np.int64) * _COLUMNS + np.floor(py / _CELL).astype(np.int64)
     found: IntArray = np.unique(curve[np.isin(key, cells)])

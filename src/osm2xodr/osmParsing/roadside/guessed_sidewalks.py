@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.curves import blocks
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BoolArray,
@@ -80,7 +81,9 @@ def with_guessed_sidewalks(
     free = np.zeros((len(pieces), 2), np.bool_)
     for side in (LEFT, RIGHT):
         rows = np.flatnonzero(open_sides[samples.piece, side])
-        ruled_out = _ruled_out(samples, rows, side, lines, tree, ROADSIDE_REACH)
+        ruled_out = np.zeros(len(rows), np.bool_)
+        for part in blocks(len(rows)):
+            ruled_out[part] = _ruled_out(samples, rows[part], side, lines, tree, ROADSIDE_REACH)
         of_two = np.flatnonzero(~ruled_out & (lines.name[rows] >= 0))
         ruled_out[of_two] = _ruled_out(samples, rows[of_two], side, lines, tree, _MEDIAN_MAX)
         share = np.bincount(samples.piece[rows], samples.lines.length[rows] * ~ruled_out, len(pieces))
