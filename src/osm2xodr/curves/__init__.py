@@ -43,7 +43,7 @@ from osm2xodr.curves.plan_views import (
     wrapped,
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
-from osm2xodr.curves.ragged import owners, ranks, runs, starts
+from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
 from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
     "arc_step",
     "area_at",
     "area_bounds",
+    "blocks",
     "chain_curves",
     "chosen_curves",
     "close_places",

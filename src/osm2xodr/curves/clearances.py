@@ -78,6 +78,8 @@ def close_places(stations: Stations, graph: RoadGraph, least: float) -> ClosePla
     clearance. Of places within 40 m of each other the one with the least height is returned; the lowest come first.
     """
     pieces, kin = _cut(stations), _Kin(graph)
+    # Large tables, which no caller may need any longer either.
+    del stations
     pairs = _find(pieces, kin, len(graph.length))
     low = _worst(pieces, kin, graph.length, pairs)
     low = low[pairs.height[low] < least]

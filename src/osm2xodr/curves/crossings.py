@@ -18,7 +18,7 @@ def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
     """Say which pairs of curves, one and other (n,) by their indices, cross, (n,)."""
     used = np.unique(np.concatenate([one, other]))
     share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
-    s = lengths(plan)[used][:, None] * share
+    s = lengths(plan, used)[:, None] * share
     x, y, _ = pose(plan, np.repeat(used, _SEGMENTS + 1), s.ravel())
     points = np.column_stack([x, y]).reshape(*s.shape, 2)
     one, other = np.searchsorted(used, one), np.searchsorted(used, other)

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.plan_views import find_record
-from osm2xodr.curves.ragged import ranks, starts
+from osm2xodr.curves.ragged import blocks, ranks, starts
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 _COLUMNS: Final = ("s", "a", "b", "c", "d")
@@ -25,17 +25,17 @@ def cubic_value(
     Curves without records have 0. `before` asks for the limit from the left.
     """
     out = np.zeros(len(s))
-    has = np.flatnonzero(profile.start[curve + 1] > profile.start[curve])
-    if not len(has):
-        return out
-    k = find_record(profile.start, profile.s, curve[has], s[has], before=before)
-    ds = s[has] - profile.s[k]
-    if order == 0:
-        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
-    elif order == 1:
-        out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
-    else:
-        out[has] = 2 * profile.c[k] + 6 * ds * profile.d[k]
+    every = np.flatnonzero(profile.start[curve + 1] > profile.start[curve])
+    for rows in blocks(len(every)):
+        has = every[rows]
+        k = find_record(profile.start, profile.s, curve[has], s[has], before=before)
+        ds = s[has] - profile.s[k]
+        if order == 0:
+            out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
+        elif order == 1:
+            out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
+        else:
+            out[has] = 2 * profile.c[k] + 6 * ds * profile.d[k]
     return out
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from itertools import chain
+from typing import Any, Final
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -118,10 +119,11 @@ class CurveFinder:
         if self._tree is None or not len(x):
             index, number = np.zeros(0, np.int64), np.zeros(0)
             return index, index, number, number, number
-        found = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
-        near = (np.unique(self._curve[np.array(rows, int)]).tolist() for rows in found)
-        pairs = [(k, curve) for k, curves in enumerate(near) for curve in curves]
-        point, curve = np.array(pairs, np.int64).reshape(-1, 2).T
+        found: Any = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
+        curves = len(self._plan.start)
+        sample = np.fromiter(chain.from_iterable(found), np.int64)
+        pair = np.repeat(np.arange(len(x)), [len(rows) for rows in found]) * curves + self._curve[sample]
+        point, curve = np.divmod(np.unique(pair), curves)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach
         return point[inside], curve[inside], s[inside], t[inside], distance[inside]

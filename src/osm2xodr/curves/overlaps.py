@@ -13,8 +13,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 _CELL: Final = 12.0
 # Size of the table that rules out most quadrilaterals far from those asked about: bounds its memory.
 _HASHES: Final = 1 << 22
-# So many pairs are compared at once: some 100 MB.
-_PAIRS_AT_ONCE: Final = 1 << 20
+# So many pairs are compared at once: some 6 MB.
+_PAIRS_AT_ONCE: Final = 1 << 16
 # Quadrilaterals that reach over more cells than this have wrong numbers and are left out.
 _MOST_CELLS: Final = 400
 # Edges shorter than this have no direction, m.
@@ -35,10 +35,12 @@ def overlapping_pairs(
     low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
     high = np.maximum(np.maximum(first, second), np.maximum(third, fourth))
     west, south, east, north = (np.ascontiguousarray(column) for column in (*low.T, *high.T))
+    del first, second, third, fourth
     quad, cell = _cells(low, high, probe)
+    del low, high
     order = np.argsort(cell, kind="stable")
     quad, cell = quad[order], cell[order]
-    del first, second, third, fourth, low, high, order
+    del order
     if group is not None and len(cell):
         begins = np.flatnonzero(np.diff(cell, prepend=-1))
         several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
@@ -76,12 +78,15 @@ def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArra
     wide, count = b[:, 0] - a[:, 0] + 1, (b - a + 1).prod(axis=1)
     sane = count <= _MOST_CELLS
     good, a, wide, count = good[sane], a[sane], wide[sane], count[sane]
-    rank = ranks(count)
     stride = int(b[:, 0].max()) + 2
     del low, high, b, sane
     of = np.repeat(np.arange(len(good)), count)
-    cell = a[of, 0] + rank % wide[of] + stride * (a[of, 1] + rank // wide[of])
-    del a, wide, rank
+    row, column = np.divmod(ranks(count), wide[of])
+    row += a[of, 1]
+    row *= stride
+    column += a[of, 0]
+    cell = np.add(row, column, out=row)
+    del a, wide, column
     wanted = np.zeros(_HASHES, bool)
     wanted[cell[probe[good[of]]] % _HASHES] = True
     near = wanted[cell % _HASHES]

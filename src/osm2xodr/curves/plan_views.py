@@ -49,10 +49,11 @@ def advance(
     return x + cos * u - sin * v, y + sin * u + cos * v, hdg + turn
 
 
-def lengths(plan: PlanView) -> FloatArray:
-    """Return the length of each curve, (curves,), m."""
-    last = np.maximum(plan.start[1:] - 1, 0)
-    has = plan.start[1:] > plan.start[:-1]
+def lengths(plan: PlanView, curves: slice | IntArray = slice(None)) -> FloatArray:
+    """Return the length of each curve, or of those of given indices, (curves,), m."""
+    first, end = plan.start[:-1][curves], plan.start[1:][curves]
+    last = np.maximum(end - 1, 0)
+    has = end > first
     return np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
 
 
@@ -118,7 +119,7 @@ def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
 
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
     """Return by how much the heading at the end of curves differs from that at their start, (n,), rad, -pi to pi."""
-    return wrapped(pose(plan, curve, lengths(plan)[curve])[2] - pose(plan, curve, np.zeros(len(curve)))[2])
+    return wrapped(pose(plan, curve, lengths(plan, curve))[2] - pose(plan, curve, np.zeros(len(curve)))[2])
 
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
@@ -133,7 +134,7 @@ def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None)
     They are evenly spread from end to end, at most `spacing` apart, m; each curve has two at least.
     """
     chosen = np.arange(len(plan.start) - 1) if curves is None else curves
-    length = lengths(plan)[chosen]
+    length = lengths(plan, chosen)
     count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
     s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
     return np.repeat(chosen, count), s
@@ -196,7 +197,7 @@ def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> Pl
     every = np.arange(len(owner))
     source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
     x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length, plan.rate)
-    s = lengths(plan)[owner] - (plan.s + plan.length)
+    s = lengths(plan, owner) - (plan.s + plan.length)
     backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -end_curvature(plan), plan.rate
     columns = [(getattr(plan, name), after) for name, after in zip(_COLUMNS, backwards, strict=True)]
     return PlanView(plan.start, *(np.where(back, after[source], before) for before, after in columns))
@@ -230,7 +231,7 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
 
 def chosen_curves(plan: PlanView, rows: IntArray) -> PlanView:
     """Return the curves of some rows, in their order; the same one may come several times."""
-    return cut_curves(plan, np.zeros(len(rows)), lengths(plan)[rows], rows)
+    return cut_curves(plan, np.zeros(len(rows)), lengths(plan, rows), rows)
 
 
 def replace_curves(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:

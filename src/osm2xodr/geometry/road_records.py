@@ -148,7 +148,7 @@ def connecting_road_records(
     """Return the roads through junctions; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
-    known: dict[tuple[int, tuple[InnerLane, ...], float, float | None, Access], tuple[LaneSection, ...]] = {}
+    known: dict[tuple[object, ...], tuple[LaneSection, ...]] = {}
     columns = (
         connecting.junction,
         connecting.entry,
@@ -164,12 +164,12 @@ def connecting_road_records(
     out: list[Road] = []
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(rows):
-        outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
-        across = (*reversed(connecting.inner[k]), outermost)
-        tapers = any(item.entry_width != item.exit_width for item in across)
-        key = own, across, length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
+        inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
+        tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
+        rest = length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
+        key = own, inner, outermost, rest
         if key not in known:
-            known[key] = _lanes_through(*key)
+            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest)
         out.append(
             Road(
                 id=ids.connecting(k),

@@ -124,7 +124,7 @@ def controllers_of(
 def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return points on the middles of the lanes of movements: index of each one's first point (n + 1,), x, y, m."""
     curve = np.array([world.lanes.index(item.connecting_road) for item in movements], np.int64)
-    length = lengths(world.road_map.plan_view)[curve]
+    length = lengths(world.road_map.plan_view, curve)
     steps = np.maximum(np.ceil(length / _PATH_STEP), 1).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(steps + 1)]).astype(np.int64)
     owner = np.repeat(np.arange(len(movements)), steps + 1)
@@ -151,7 +151,7 @@ def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
     """Return the headings of traffic on approaches where they reach their junctions, rad."""
     curve = np.array([world.lanes.index(item.road) for item in approaches], np.int64)
     at_end = np.array([item.at_end for item in approaches], bool)
-    s = np.where(at_end, lengths(world.road_map.plan_view)[curve], 0.0)
+    s = np.where(at_end, lengths(world.road_map.plan_view, curve), 0.0)
     hdg = pose(world.road_map.plan_view, curve, s)[2]
     out: list[float] = (hdg + np.where(at_end, 0.0, np.pi)).tolist()
     return out

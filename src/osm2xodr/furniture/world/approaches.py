@@ -150,6 +150,6 @@ def with_room_for_line(world: World, road: int, s: float, width: float) -> tuple
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
     """Return the ids of the lanes for cars that run along s (or against it), from the centre outwards."""
     runs = world.lanes.runs_along
-    cars = [lane for lane in world.lanes.at(road, s) if lane.type in VEHICLE_LANES]
+    cars = [lane for lane in world.lanes.lanes(road, s) if lane.type in VEHICLE_LANES]
     own = (lane.id for lane in cars if lane.type is LaneType.BIDIRECTIONAL or runs(lane.id) == along)
     return tuple(sorted(own, key=abs))

@@ -89,6 +89,11 @@ class LaneTable:
         """Return whether traffic on a lane runs along s, by the side of the centre on which it lies."""
         return (lane < 0) == (self._map.rule is Rule.RIGHT_HAND)
 
+    def lanes(self, road: int, s: float) -> tuple[Lane, ...]:
+        """Return all lanes but the centre at s of a road, those on the left, then those on the right, outwards."""
+        sides = self._section(self._index[road], s)[1]
+        return sides.left + sides.right
+
     def at(self, road: int, s: float) -> tuple[LaneAt, ...]:
         """Return all lanes but the centre at s of a road, from left to right."""
         k = self._index[road]
@@ -163,7 +168,9 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
     """Return the value of piecewise cubics, never below 0."""
     if not cubics:
         return 0.0
-    holding = next((item for item in reversed(cubics) if item.s <= ds), cubics[0])
+    holding = cubics[0]
+    if len(cubics) > 1:
+        holding = next((item for item in reversed(cubics) if item.s <= ds), holding)
     return max(holding.at(ds - holding.s), 0.0)
 
 

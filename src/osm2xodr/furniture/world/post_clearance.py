@@ -21,8 +21,6 @@ _COLUMNS: Final = 1 << 24
 _REACH: Final = 25.0
 # Rounding of distances, m.
 _BESIDE_TOLERANCE: Final = 1e-6
-# How much lanes widen at most behind the last record of their width, m.
-_OPENING: Final = 10.0
 
 
 class PostClearance:
@@ -30,7 +28,6 @@ class PostClearance:
 
     def __init__(self, world: World, places: Sequence[tuple[int, float]]) -> None:
         self._world = world
-        self._half_widths: dict[int, float] = {}
         plan = world.road_map.plan_view
         curve = np.array([world.lanes.index(road) for road, _ in places], np.int64)
         s = np.array([s for _, s in places])
@@ -54,7 +51,7 @@ class PostClearance:
         rows = np.flatnonzero(near & (np.abs(rise) <= _OTHER_LEVEL))
         columns = (column[rows].tolist() for column in (point, curve, at, aside))
         for place, other, on, off in zip(*columns, strict=True):
-            if out[place] and abs(off) < self._half_width(other):
+            if out[place]:
                 left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)
                 at_place = float(x[place]), float(y[place])
                 levels = (self._level(road, *at_place) for road in (int(own[place]), other))
@@ -76,21 +73,6 @@ class PostClearance:
             curve = self._world.lanes.index(before.id)
         return way_at(self._world.network.streets[int(streets[curve])], x, y).layer
 
-    def _half_width(self, curve: int) -> float:
-        """Return an upper bound of the distance between a road's reference line and its lanes, m."""
-        if curve not in self._half_widths:
-            table = self._world.road_map.lane_offset
-            first, last = int(table.start[curve]), int(table.start[curve + 1])
-            sides = [0.0]
-            for section in self._world.road_map.roads[curve].lane_sections:
-                for sign in (1, -1):
-                    widths = [lane.widths for lane in section.lanes if lane.id * sign > 0]
-                    sides.append(sum(max((item.a for item in width), default=0.0) for width in widths))
-            offset = float(np.abs(table.a[first:last]).max()) if last > first else 0.0
-            # Lanes that open are narrow where their records begin.
-            self._half_widths[curve] = max(sides) + offset + _OPENING
-        return self._half_widths[curve]
-
 
 def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     """Return the indices of all curves within a cell's size of points, and of some more, ascending; points in m."""
@@ -106,7 +88,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     curve = np.repeat(owner, parts)
     rank = ranks(parts)
     s = np.repeat(plan.s, parts) + np.repeat(plan.length / parts, parts) * (rank + 0.5)
-    s = np.minimum(s, lengths(plan)[curve])
+    s = np.minimum(s, lengths(plan, curve))
     px, py, _ = pose(plan, curve, s)
     key = np.floor(px / _CELL).astype(np.int64) * _COLUMNS + np.floor(py / _CELL).astype(np.int64)
     found: IntArray = np.unique(curve[np.isin(key, cells)])

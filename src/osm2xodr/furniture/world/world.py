@@ -62,6 +62,20 @@ class World:
         return NodePlaces(self.network, self.road_map, self.places, self.lanes)
 
     @cached_property
+    def piece_starts(self) -> dict[int, list[float]]:
+        """Where pieces of streets but the first begin along the roads of streets with several, by road id, m."""
+        streets = [self.network.streets[k] for k in self.places.road_street.tolist()]
+        roads = [k for k, street in enumerate(streets) if len(street.pieces) > 1]
+        if not roads:
+            return {}
+        points = [streets[k].points[[first for first, _ in streets[k].pieces[1:]]] for k in roads]
+        count = [len(places) for places in points]
+        x, y = np.concatenate(points).T
+        s, _, _ = project(self.road_map.plan_view, np.repeat(roads, count), x, y)
+        at = np.split(s, np.cumsum(count)[:-1])
+        return {self.road_map.roads[k].id: places.tolist() for k, places in zip(roads, at, strict=True)}
+
+    @cached_property
     def footway_nodes(self) -> frozenset[int]:
         """OSM ids of the nodes of ways for people on foot or bicycles."""
         return frozenset(node for way in self.network.footways for node in way.node_ids.tolist())
@@ -170,10 +184,7 @@ def pieces_on_road(world: World, street: Street, road: int) -> list[tuple[float,
     pieces = street.pieces
     if len(pieces) == 1:
         return [(0.0, length, pieces[0][1])]
-    points = street.points[[first for first, _ in pieces[1:]]]
-    curve = np.full(len(points), world.lanes.index(road), np.int64)
-    at: list[float] = project(world.road_map.plan_view, curve, points[:, 0], points[:, 1])[0].tolist()
-    bounds = [0.0, *at, length]
+    bounds = [0.0, *world.piece_starts[road], length]
     found = [
         (bounds[k], bounds[k + 1], attributes)
         for k, (_, attributes) in enumerate(pieces)

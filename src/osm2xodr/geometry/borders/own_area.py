@@ -70,7 +70,7 @@ def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[Borde
             if area is not None:
                 found.append((k, at_start, area))
     row = np.array([k for k, _, _ in found], np.int64)
-    s = np.where([at_start for _, at_start, _ in found], 0.0, lengths(cut.plan_view)[row])
+    s = np.where([at_start for _, at_start, _ in found], 0.0, lengths(cut.plan_view, row))
     along_x, along_y, along_hdg = pose(cut.plan_view, row, s)
     columns = (along_x, along_y, cubic_value(cut.elevation, row, s), along_hdg)
     places = zip(*(column.tolist() for column in columns), strict=True)

@@ -76,7 +76,7 @@ class Carriageways:
         off by what it is longer. Of those that leave them by `_NO_MATTER` at most it is only an upper bound, which is
         no larger than that.
         """
-        length, half = lengths(plan)[curve], self.half[row]
+        length, half = lengths(plan, curve), self.half[row]
         distance = np.full((len(curve), len(_SHARES)), np.inf)
         out = np.full(len(curve), np.inf)
         todo, known = np.arange(len(curve)), np.zeros(len(_SHARES), bool)
@@ -98,7 +98,7 @@ class Carriageways:
     def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
         """Return the distances from the streets at shares of curves, (curves, shares), m."""
         each = np.repeat(curve, len(shares))
-        x, y, _ = pose(plan, each, np.tile(shares, len(curve)) * lengths(plan)[each])
+        x, y, _ = pose(plan, each, np.tile(shares, len(curve)) * lengths(plan, each))
         return np.reshape(self._places.query(np.column_stack([x, y]))[0], (len(curve), len(shares)))
 
     @cached_property
@@ -138,7 +138,7 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     rows, off = rows[far], off[far]
     least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
-    longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan)[rows])
+    longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))
     for redraw in _REDRAWINGS:
         if not len(rows):
             break

@@ -79,7 +79,7 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= detours(turned) | has_kinks(turned)
         # Where arms meet at an acute angle far from their node, nobody drives there and back.
-        longer = lengths(turned) > LONGEST_REDRAWN * lengths(plan)[rows]
+        longer = lengths(turned) > LONGEST_REDRAWN * lengths(plan, rows)
         bad |= (np.abs(heading_change(plan, rows)) < LEAST_TURN_BACK) & longer
         good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
@@ -214,7 +214,7 @@ def _turned_at_corners(
     count = np.array([len(item) for item in chainages], np.int64)
     passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
     begin = pose(plan, row, np.zeros(len(row)))
-    end = pose(plan, row, lengths(plan)[row])
+    end = pose(plan, row, lengths(plan, row))
     here, there, first = legs_through(begin, passed, end, count)
     pieces = connect(*here, *there, radius=TURNING_RADIUS)
     sharp = np.flatnonzero(smallest_radius(pieces) < LEAST_REDRAWN_RADIUS)

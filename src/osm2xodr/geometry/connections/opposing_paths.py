@@ -168,7 +168,7 @@ def _redrawn(
         least = np.minimum(smallest_radius(plan)[rows], radius)
         better &= (
             (smallest_radius(curves) > least - 1e-6)
-            & (lengths(curves) <= np.maximum(lengths(plan)[rows], longest))
+            & (lengths(curves) <= np.maximum(lengths(plan, rows), longest))
             & ~has_kinks(curves)
         )
         if streets is not None:
@@ -240,7 +240,7 @@ def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> 
 
 def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return places along curves, all but their ends, (n, places)."""
-    length = lengths(plan)[curve]
+    length = lengths(plan, curve)
     lead = np.minimum(_LEAD, length / 2)
     s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, _PLACES)
     x, y, _ = pose(plan, np.repeat(curve, _PLACES), s.ravel())
@@ -263,7 +263,7 @@ def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
 def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> PlanView:
     """Return curves with the ends of those in the rows that run beside the axes, or beside these the other way."""
     n = len(row)
-    first_s, last_s = np.zeros(n), lengths(plan)[row]
+    first_s, last_s = np.zeros(n), lengths(plan, row)
     if back:
         first_s, last_s = last_s, first_s
     turned = np.pi if back else 0.0

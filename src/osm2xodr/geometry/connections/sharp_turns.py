@@ -43,7 +43,7 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
         wide, found = _wide_curves(plan, row, np.full(len(row), radius))
         # A turn that a car just misses is better than a balloon; turns back have no other way.
         back = np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK
-        short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan)[row])
+        short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan, row))
         found = found[short[found]]
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
         plan = replace_curves(plan, row[found[free]], wide, found[free])
@@ -69,7 +69,7 @@ def _wide_curves(
     plan: PlanView, row: IntArray, radius: FloatArray, most_swing: float = MOST_SWING
 ) -> tuple[PlanView, IntArray]:
     """Return the shortest curves of a radius between the ends of some curves, (rows,), and which of them exist."""
-    start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan)[row])
+    start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
     wide = dubins_without_slivers(*start, *end, radius=radius, most_swing=most_swing)
     return wide, np.flatnonzero(lengths(wide) > 0)
 
@@ -96,7 +96,7 @@ def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: 
     arms = _places_on_arms(sorted({end for ends in near for end in ends}), parts)
     stations = [
         np.linspace(0.0, length, max(int(length / (_PLACE_SPACING / 2)), 2))
-        for length in lengths(plan)[curve].tolist()
+        for length in lengths(plan, curve).tolist()
     ]
     x, y, _ = _places(plan, curve, stations)
     free = [

@@ -202,7 +202,7 @@ def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
 
 def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
     """Say which curves lie aside of their lanes' ways over the streets, (n,)."""
-    total = lengths(direct)[row]
+    total = lengths(direct, row)
     out = np.zeros(len(row), bool)
     most = np.where(lanes.paths.on_ring[lanes.path], _STRAY_ON_RING, _STRAY)
     todo = np.arange(len(row))
@@ -217,7 +217,7 @@ def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
 def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
     """Fit curves through points along the paths that start and end in the poses of the direct curves."""
     x0, y0, h0 = pose(direct, row, np.zeros(len(row)))
-    x1, y1, h1 = pose(direct, row, lengths(direct)[row])
+    x1, y1, h1 = pose(direct, row, lengths(direct, row))
     room = lanes.length - 4 * _STRAIGHT_LEAD
     inside = np.maximum(np.floor(room / _POINT_SPACING).astype(np.int64), 0) + 1
     owner = np.repeat(np.arange(len(row)), inside)

@@ -66,7 +66,7 @@ def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: I
     row = np.flatnonzero(turns_back(plan) & bends & (entry != exit_))
     if not len(row):
         return plan
-    begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan)[row])
+    begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
     turned = turned_back(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
     found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
     return replace_curves(plan, row[found], turned, found)

@@ -70,7 +70,7 @@ def shift_lines_out_of_bends(
             )
             for place, (_, attributes, c) in zip(s.tolist(), pieces[street], strict=True)
         )
-    before, after = lengths(old)[moved], lengths(plan)[moved]
+    before, after = lengths(old, moved), lengths(plan, moved)
     trim = layout.trim.copy()
     trim[2 * moved] = _station(old, plan, moved, trim[2 * moved], aside)
     trim[2 * moved + 1] = after - _station(old, plan, moved, before - trim[2 * moved + 1], aside)

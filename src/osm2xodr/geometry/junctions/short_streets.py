@@ -58,7 +58,10 @@ def streets_without_room(
 def _crossed(network: StreetNetwork) -> BoolArray:
     """Say on which streets, apart from their ends, people cross, (streets,)."""
     nodes = {crossing.node for crossing in network.node_facts.crossings}
-    return np.array([not nodes.isdisjoint(street.node_ids[1:-1].tolist()) for street in network.streets], bool)
+    inner = [street.node_ids[1:-1] for street in network.streets]
+    street = np.repeat(np.arange(len(inner)), [len(ids) for ids in inner])
+    found = np.isin(np.concatenate(inner), np.array(sorted(nodes), np.int64))
+    return np.bincount(street[found], minlength=len(inner)) > 0
 
 
 def _corner_cut(ends: StreetEnds, street: IntArray, wished: FloatArray) -> FloatArray:

@@ -37,7 +37,7 @@ class FinePoints:
     @classmethod
     def along(cls, plan: PlanView, rows: IntArray) -> FinePoints:
         """Return points evenly along some curves, at most `SMOOTH_STEP` apart."""
-        length = lengths(plan)[rows]
+        length = lengths(plan, rows)
         count = np.maximum(np.ceil(length / defaults.SMOOTH_STEP).astype(np.int64), _FEWEST_INTERVALS) + 1
         owner = np.repeat(np.arange(len(rows)), count)
         spacing = (length / (count - 1))[owner]

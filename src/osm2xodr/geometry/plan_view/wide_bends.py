@@ -118,7 +118,7 @@ def _wider(plan: PlanView, bends: _Bends) -> tuple[IntArray, FloatArray, FloatAr
     n = len(bends.curve)
     more = _MORE * bends.radius[:, None]
     before, after = (grid.ravel() for grid in np.meshgrid(np.arange(len(_MORE)), np.arange(len(_MORE))))
-    whole = lengths(plan)[bends.curve]
+    whole = lengths(plan, bends.curve)
     which = np.repeat(np.arange(n), len(before))
     curve = bends.curve[which]
     begin = snap_cuts(plan, curve, np.maximum(bends.begin[:, None] - more[:, before], 0.0).ravel(), _SLIVER)
@@ -168,7 +168,7 @@ def _put_in(
     row: IntArray,
 ) -> tuple[PlanView, _Pieces]:
     """Replace parts of streets by rows of a table of curves, and move what holds along the streets."""
-    length, grown = lengths(plan), lengths(curves)[row] - (end - begin)
+    length, grown = lengths(plan), lengths(curves, row) - (end - begin)
     changed, first = np.unique(street, return_index=True)
     parts: list[tuple[float, float, int]] = []
     count = [0]

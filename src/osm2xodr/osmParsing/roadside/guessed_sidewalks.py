@@ -144,30 +144,32 @@ def _ruled_out(
 ) -> BoolArray:
     """Return at which points of streets (rows of `samples`) a line within reach, m, rules a sidewalk out, (n,)."""
     sign = 1.0 if side == LEFT else -1.0
-    piece, along = samples.piece[rows], samples.lines.along[rows]
-    outwards = sign * np.column_stack([-along[:, 1], along[:, 0]])
-    edge = sign * (samples.left if side == LEFT else samples.right)[piece]
-    query = samples.lines.points[rows] + (edge + 0.5 * reach)[:, None] * outwards
+    (x, y), (ahead_x, ahead_y) = samples.lines.points[rows].T, samples.lines.along[rows].T
+    out_x, out_y = -sign * ahead_y, sign * ahead_x
+    edge = sign * (samples.left if side == LEFT else samples.right)[samples.piece[rows]]
+    middle = edge + 0.5 * reach
     bound = float(np.hypot(0.5 * reach, BESIDE_SPACING))
-    found = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=bound)[1], np.int64)
-    missing = found == len(lines.points)
-    found[missing] = 0
-    away = lines.points[found] - samples.lines.points[rows][:, None]
-    ahead = np.abs((away * along[:, None]).sum(axis=2))
+    query = np.column_stack([x + middle * out_x, y + middle * out_y])
+    near = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=bound)[1], np.int64)
+    # One row for each point of a street and each point of a line near it.
+    at, _ = np.nonzero(near < len(lines.points))
+    found = near[near < len(lines.points)]
+    away_x, away_y = lines.points[found, 0] - x[at], lines.points[found, 1] - y[at]
     # From this carriageway's edge to the other line.
-    gap = (away * outwards[:, None]).sum(axis=2) - edge[:, None]
-    same_way = (lines.along[found] * along[:, None]).sum(axis=2)
-    beside = ~missing & (ahead <= BESIDE_SPACING) & (np.abs(same_way) >= np.cos(np.radians(_BESIDE_DEG)))
-    beside &= lines.street[found] != samples.street[piece][:, None]
+    gap = away_x * out_x[at] + away_y * out_y[at] - edge[at]
+    same_way = lines.along[found, 0] * ahead_x[at] + lines.along[found, 1] * ahead_y[at]
+    beside = np.abs(away_x * ahead_x[at] + away_y * ahead_y[at]) <= BESIDE_SPACING
+    beside &= np.abs(same_way) >= np.cos(np.radians(_BESIDE_DEG))
+    beside &= lines.street[found] != samples.street[samples.piece[rows]][at]
     # The other street's edge that faces this one.
     faces = np.where((same_way > 0.0) == (sign > 0.0), -lines.right[found], lines.left[found])
-    street = lines.street[found] >= 0
-    own_name = lines.name[rows][:, None]
+    street, own_name = lines.street[found] >= 0, lines.name[rows][at]
     one_street = street & (own_name >= 0) & (lines.name[found] == own_name)
     room = np.where(one_street, _MEDIAN_MAX, SIDEWALK_WIDTH)
     by_street = street & (gap > 0.0) & (gap - faces < room)
     by_footway = ~street & (gap > -SIDEWALK_WIDTH) & (gap < ROADSIDE_REACH)
-    out: BoolArray = (beside & (by_street | by_footway)).any(axis=1)
+    out = np.zeros(len(rows), np.bool_)
+    out[at[beside & (by_street | by_footway)]] = True
     return out
 
 
