@@ -13,7 +13,7 @@ from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
-from osm2xodr.geometry.connections import ConnectingRoads, find_priorities
+from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
 from osm2xodr.geometry.heights import (
     ElevationOptions,
     Ground,
@@ -84,24 +84,25 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics, jobs)
     release_memory()
     advance(0.45)
-    heights_found = Diagnostics()
-    # Sidewalks need no heights, nor do heights and the lanes of carriageways need them.
+    found = Diagnostics()
+    # Sidewalks need no heights, nor do heights, lanes of carriageways and priorities need sidewalks.
     with Task(partial(lay_out_sides, network, plan), apart=jobs > 1) as beside:
-        problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, heights_found)
-        solution = solve_profiles(problem, surface, heights_found, elevation_options, ground() if ground else None)
+        problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
+        solution = solve_profiles(problem, surface, found, elevation_options, ground() if ground else None)
         advance(0.75)
         known = Connectivity.of(network.connectivities)
         lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
+        priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
         sides = beside.result()
     diagnostics.extend(sides.diagnostics)
-    diagnostics.extend(heights_found)
+    diagnostics.extend(found)
     through = _with_sidewalk_corners(network, plan, sides.corners, solution, diagnostics)
     lanes = add_margins(lanes, sides.margins, plan.parts.length.tolist())
     through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    road_map = _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    road_map = _road_map(network, plan, problem, solution, through, lanes, priorities, borders, diagnostics)
     if on_lanes is not None:
         on_lanes(road_map)
     road_map = with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
@@ -145,6 +146,7 @@ def _road_map(
     solution: ProfileSolution,
     through: ConnectingRoads,
     lanes: list[LaneLayout],
+    priorities: Priorities,
     borders: Borders | None,
     diagnostics: Diagnostics,
 ) -> RoadMap:
@@ -152,7 +154,6 @@ def _road_map(
     parts, layout = plan.parts, plan.layout
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
-    priorities = find_priorities(network, plan.ends, layout, parts, plan.connecting, diagnostics)
     level = profile_of([() for _ in lanes])
     roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
