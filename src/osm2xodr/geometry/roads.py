@@ -105,8 +105,9 @@ def build_roads(
     road_map = _road_map(network, plan, problem, solution, through, lanes, priorities, borders, diagnostics)
     if on_lanes is not None:
         on_lanes(road_map)
-    road_map = with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
-    return with_clearances(road_map, problem, diagnostics)
+    # The floor lies beside the carriageways whose clearances are looked at.
+    road_map = with_clearances(road_map, problem, diagnostics)
+    return with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
 
 
 def _pose_heights(
