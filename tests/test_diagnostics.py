@@ -39,3 +39,13 @@ def test_what_was_found_of_elements_is_taken_back() -> None:
     assert [item.message for item in found] == ["all is flat", "2 ways left out", "taken as 30"]
     found.forget({"way/2", "way/3", "way/4"})
     assert [item.message for item in found] == ["all is flat"]
+
+
+def test_findings_of_a_copy_are_added_behind_those_that_it_knew() -> None:
+    found = filled()
+    copy = found.copy()
+    copy.note("later", "", "found apart")
+    found.note("meanwhile", "", "found here")
+    found.extend(copy.later_than(4))
+    assert [item.message for item in found][-3:] == ["taken as 30", "found here", "found apart"]
+    assert list(found.copy().later_than(6)) == []

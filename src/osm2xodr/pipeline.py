@@ -164,7 +164,11 @@ def _build_roads(
     around = _neighbourhood(options, network)
     try:
         return build_roads(
-            network, terrain.surface, diagnostics, options.elevation, options.roads, result, around, on_lanes
+            *(network, terrain.surface, diagnostics, options.elevation, options.roads),
+            ground=result,
+            neighbourhood=around,
+            on_lanes=on_lanes,
+            jobs=options.jobs,
         )
     finally:
         if ground is not None:

@@ -107,3 +107,12 @@ def test_a_task_in_this_process_runs_when_it_is_asked() -> None:
 
 def test_at_least_one_process_can_run() -> None:
     assert 1 <= available_jobs() <= (os.cpu_count() or 1)
+
+
+@needs_fork
+def test_a_task_ends_with_its_block() -> None:
+    with pytest.raises(KeyboardInterrupt), Task(lambda: time.sleep(60), apart=True):
+        raise KeyboardInterrupt
+    assert not multiprocessing.active_children()
+    with Task(lambda: 7, apart=True) as task:
+        assert task.result() == 7

@@ -15,6 +15,7 @@ from osm2xodr.geometry.connections import (
     build_connecting_roads,
     clear_overrun_arms,
     detours,
+    draw_in_parts,
     even_widths,
     find_lane_links,
     redraw_connecting_roads,
@@ -78,12 +79,19 @@ class RoadPlan(CutStreets):
     """Roads and junctions in plan."""
 
     connecting: ConnectingRoads  # The roads for cars within junctions
-    margins: tuple[Margins, ...]  # What lies beside each road
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadSides:
+    """What lies beside roads, which heights do not depend on."""
+
+    margins: tuple[Margins, ...]  # Of each road
     corners: ConnectingRoads  # The sidewalks within junctions
+    diagnostics: Diagnostics  # What was found meanwhile
 
 
-def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
-    """Lay out the roads of a network in plan."""
+def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics, jobs: int = 1) -> RoadPlan:
+    """Lay out the roads of a network in plan, by so many processes."""
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
         fitted = smooth_streets(network, fitted)
@@ -91,7 +99,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements, diagnostics)
+    cut, connecting = _connect(network, cut, movements, diagnostics, jobs)
     connecting = swing_out(connecting, cut.parts)
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
@@ -99,10 +107,16 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     report_absorbed_streets(network, cut.layout, connecting, diagnostics)
     report_unused_connectivity(network, movements, cut.parts, diagnostics)
     report_lane_changes(network, cut.parts, diagnostics)
-    margins = margins_with_room(cut.parts, find_margins(cut.parts), diagnostics)
-    margins, corners, left_out = lay_out_corners(cut.parts, margins, connecting, network.rule)
-    report_missing_corners(network, cut.layout, left_out, diagnostics)
-    return RoadPlan(cut.fitted, cut.ends, cut.layout, cut.parts, connecting, margins, corners)
+    return RoadPlan(cut.fitted, cut.ends, cut.layout, cut.parts, connecting)
+
+
+def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
+    """Lay out what lies beside the roads of a plan."""
+    found = Diagnostics()
+    margins = margins_with_room(plan.parts, find_margins(plan.parts), found)
+    margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
+    report_missing_corners(network, plan.layout, left_out, found)
+    return RoadSides(margins, corners, found)
 
 
 def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
@@ -125,7 +139,7 @@ def _lay_out_junctions(
 
 
 def _connect(
-    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics
+    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics, jobs: int
 ) -> tuple[CutStreets, ConnectingRoads]:
     """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
 
@@ -135,7 +149,15 @@ def _connect(
     lanes = partial(outer_lanes, cut.fitted, network.rule)
 
     def drawn(cut: CutStreets, links: LaneLinks) -> ConnectingRoads:
-        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule)
+        draw = partial(
+            build_connecting_roads,
+            movements=movements,
+            ends=cut.ends,
+            trim=cut.layout.trim,
+            outer_lanes=lanes,
+            rule=network.rule,
+        )
+        return draw_in_parts(draw, links, jobs)
 
     links = find_lane_links(cut.parts, movements, network.rule)
     connecting = drawn(cut, links)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
-from osm2xodr.geometry.connections import ConnectingRoads, find_priorities
+from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
 from osm2xodr.geometry.heights import (
     ElevationOptions,
     Ground,
@@ -32,7 +33,7 @@ from osm2xodr.geometry.road_heights import (
     report_lost_corrections,
     too_steep_corners,
 )
-from osm2xodr.geometry.road_plan import RoadPlan, plan_roads
+from osm2xodr.geometry.road_plan import RoadPlan, lay_out_sides, plan_roads
 from osm2xodr.geometry.road_records import (
     RoadIds,
     connecting_lane_offsets,
@@ -42,7 +43,7 @@ from osm2xodr.geometry.road_records import (
     with_floor,
 )
 from osm2xodr.model import Borders, RoadMap, StreetNetwork, Surface
-from osm2xodr.system import advance, release_memory
+from osm2xodr.system import Task, advance, release_memory
 
 
 def build_roads(
@@ -54,6 +55,7 @@ def build_roads(
     ground: Callable[[], Ground] | None = None,
     neighbourhood: Neighbourhood | None = None,
     on_lanes: Callable[[RoadMap], None] | None = None,
+    jobs: int = 1,
 ) -> RoadMap:
     """Turn streets into roads, intersections into junctions, and give all of them heights.
 
@@ -76,41 +78,66 @@ def build_roads(
         heights where roads are cut are common to both sides.
     on_lanes
         Called with the road map when roads have their lanes and heights, but junctions no floor yet.
+    jobs
+        How many processes work at once; the road map and the order of diagnostics do not depend on it.
     """
-    plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
+    plan = plan_roads(network, road_options or RoadOptions(), diagnostics, jobs)
     release_memory()
     advance(0.45)
-    problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
-    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
-    report_lost_corrections(network, problem, diagnostics)
-    borders: Borders | None = None
-    if neighbourhood is not None:
-        borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
-        problem = with_border_heights(problem, borders, neighbourhood.surface_around, elevation_options, diagnostics)
-    solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
-    advance(0.75)
-    through = _with_sidewalk_corners(network, plan, solution, diagnostics)
-    known = Connectivity.of(network.connectivities)
-    lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
-    lanes = add_margins(lanes, plan.margins, plan.parts.length.tolist())
-    through = with_lanes_of_sections(through, plan.parts, plan.margins, lanes)
+    found = Diagnostics()
+    # Sidewalks need no heights, nor do heights, lanes of carriageways and priorities need sidewalks.
+    with Task(partial(lay_out_sides, network, plan), apart=jobs > 1) as beside:
+        problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
+        solution = solve_profiles(problem, surface, found, elevation_options, ground() if ground else None)
+        advance(0.75)
+        known = Connectivity.of(network.connectivities)
+        lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
+        priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
+        sides = beside.result()
+    diagnostics.extend(sides.diagnostics)
+    diagnostics.extend(found)
+    through = _with_sidewalk_corners(network, plan, sides.corners, solution, diagnostics)
+    lanes = add_margins(lanes, sides.margins, plan.parts.length.tolist())
+    through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    road_map = _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    road_map = _road_map(network, plan, problem, solution, through, lanes, priorities, borders, diagnostics)
     if on_lanes is not None:
         on_lanes(road_map)
-    road_map = with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
-    return with_clearances(road_map, problem, diagnostics)
+    # The floor lies beside the carriageways whose clearances are looked at.
+    road_map = with_clearances(road_map, problem, diagnostics)
+    return with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
+
+
+def _pose_heights(
+    network: StreetNetwork,
+    plan: RoadPlan,
+    neighbourhood: Neighbourhood | None,
+    options: ElevationOptions | None,
+    diagnostics: Diagnostics,
+) -> tuple[ProfileProblem, Borders | None]:
+    """Ask for the heights of all roads; those at borders are known, which come with them."""
+    problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
+    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
+    report_lost_corrections(network, problem, diagnostics)
+    if neighbourhood is None:
+        return problem, None
+    borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
+    return with_border_heights(problem, borders, neighbourhood.surface_around, options, diagnostics), borders
 
 
 def _with_sidewalk_corners(
-    network: StreetNetwork, plan: RoadPlan, solution: ProfileSolution, diagnostics: Diagnostics
+    network: StreetNetwork,
+    plan: RoadPlan,
+    corners: ConnectingRoads,
+    solution: ProfileSolution,
+    diagnostics: Diagnostics,
 ) -> ConnectingRoads:
     """Return the connecting roads of cars, and behind them those of sidewalks that are not too steep."""
-    steep = too_steep_corners(plan.corners, solution)
-    report_missing_corners(network, plan.layout, plan.corners.junction[steep], diagnostics)
-    return plan.connecting.joined(plan.corners.chosen(~steep))
+    steep = too_steep_corners(corners, solution)
+    report_missing_corners(network, plan.layout, corners.junction[steep], diagnostics)
+    return plan.connecting.joined(corners.chosen(~steep))
 
 
 def _road_map(
@@ -120,6 +147,7 @@ def _road_map(
     solution: ProfileSolution,
     through: ConnectingRoads,
     lanes: list[LaneLayout],
+    priorities: Priorities,
     borders: Borders | None,
     diagnostics: Diagnostics,
 ) -> RoadMap:
@@ -127,7 +155,6 @@ def _road_map(
     parts, layout = plan.parts, plan.layout
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
-    priorities = find_priorities(network, plan.ends, layout, parts, plan.connecting, diagnostics)
     level = profile_of([() for _ in lanes])
     roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(

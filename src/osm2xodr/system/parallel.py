@@ -77,12 +77,19 @@ class _Copy(Generic[T]):
 class Task(Generic[T]):
     """The result of a function, computed in a copy of this process (`apart`) or when it is asked for.
 
-    The function must neither write files nor change the parent's data: only its result comes back.
+    The function must neither write files nor change the parent's data: only its result comes back. At the end of a
+    ``with`` block the copy is stopped.
     """
 
     def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
         self._function = function
         self._copy = _Copy(lambda: (function(),)) if apart and can_fork() else None
+
+    def __enter__(self) -> Task[T]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.cancel()
 
     def result(self) -> T:
         """Wait for the function's result and return it, or raise what it raised.

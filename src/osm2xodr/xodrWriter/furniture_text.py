@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -242,6 +243,7 @@ def _stretch(s: float, extent: float, length: float) -> str:
     return f's="{position(begin)}" length="{position(extent)}"'
 
 
+@lru_cache(maxsize=10_000)
 def _size(value: float) -> str:
     """Write a length or a place across a road."""
     return number(round(value, _SIZE_DECIMALS))
@@ -258,6 +260,7 @@ def _heading(name: str, value: float) -> str:
     return f' {name}="{turn}"' if turn != "0" else ""
 
 
+@lru_cache(maxsize=10_000)
 def _turn(value: float) -> str:
     """Write an angle; that of objects also where it is 0, without which CommonRoad's designer ends."""
     return number(round(value, _TURN_DECIMALS))

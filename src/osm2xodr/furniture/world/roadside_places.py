@@ -16,6 +16,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
 
 # Samples of curves that are looked at for each point: enough for the next road at a junction of four arms.
 _NEIGHBOURS: Final = 12
+# So many points are looked up together: few enough for the memory that all pairs of points and curves need.
+_AT_ONCE: Final = 5000
 # Half of the widest carriageway beside which things are found, m; and of connecting roads, which have few lanes.
 _HALF_WIDTH_MAX: Final = 20.0
 _HALF_WIDTH_MAX_CONNECTING: Final = 6.0
@@ -73,6 +75,13 @@ class RoadsideFinder:
 
         A reach below 0 asks for points on carriageways, so far within them. Points in junctions have none.
         """
+        begins = range(0, max(len(x), 1), _AT_ONCE)
+        parts = [self._places(x[k : k + _AT_ONCE], y[k : k + _AT_ONCE], reach) for k in begins]
+        names = RoadsidePlaces.__slots__
+        return RoadsidePlaces(*(np.concatenate([getattr(item, name) for item in parts]) for name in names))
+
+    def _places(self, x: FloatArray, y: FloatArray, reach: float) -> RoadsidePlaces:
+        """Return the places of some of the points."""
         point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF_WIDTH_MAX)
         beyond = np.maximum(t - left, right - t)
         near = (beyond <= reach) & ~self._covered(curve, s)

@@ -7,6 +7,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
     ConnectingRoads,
     InnerLane,
     build_connecting_roads,
+    draw_in_parts,
     redraw_connecting_roads,
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
@@ -26,6 +27,7 @@ __all__ = [
     "clear_overrun_arms",
     "connect",
     "detours",
+    "draw_in_parts",
     "even_widths",
     "find_lane_links",
     "find_priorities",

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from functools import reduce
+from itertools import pairwise
+from typing import Any, Final
 
 import numpy as np
 
@@ -30,6 +32,10 @@ from osm2xodr.model import (
     Rule,
     record,
 )
+from osm2xodr.system import map_parallel
+
+# About so many lane links are drawn together: enough to be worth a copy of the process.
+_AT_ONCE: Final = 5000
 
 
 @record(frozen=True, slots=True)
@@ -200,6 +206,20 @@ def build_connecting_roads(
         access=tuple(row.access() for row in rows),
         inner=((),) * len(rows),
     )
+
+
+def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks, jobs: int) -> ConnectingRoads:
+    """Return what `draw` draws for lane links, some whole junctions at a time, by several processes.
+
+    The parts do not depend on the number of processes, nor do the roads.
+    """
+    if len(links.rows) <= _AT_ONCE:
+        return draw(links)
+    junction = np.array([row.junction for row in links.rows], np.int64)
+    begin = np.flatnonzero(np.diff(junction, prepend=-1))
+    first = begin[np.unique(begin // _AT_ONCE, return_index=True)[1]].tolist()
+    parts = [replace(links, rows=links.rows[a:b]) for a, b in pairwise([*first, len(junction)])]
+    return reduce(ConnectingRoads.joined, map_parallel(draw, parts, jobs))
 
 
 def redraw_connecting_roads(
