@@ -94,9 +94,9 @@ def programmes_file(path: Path) -> Path:
     return path.with_name(path.name.removesuffix(".xodr") + _PROGRAMMES)
 
 
-# What reference lines consist of, by default lines and arcs: with spirals curvature is continuous.
+# What reference lines consist of: with spirals, the default, curvature is continuous; or lines and arcs alone.
 SPIRALS: Final = "spirals"
-PLANS: Final = ("arcs", SPIRALS)
+PLANS: Final = (SPIRALS, "arcs")
 
 # The default suits CARLA, esmini and SUMO alike.
 DEFAULT_TARGET: Final = "generic"

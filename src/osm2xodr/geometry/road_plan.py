@@ -80,11 +80,13 @@ class RoadPlan(CutStreets):
     corners: ConnectingRoads  # The sidewalks within junctions
 
 
-def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
-    """Lay out the roads of a network in plan."""
+def plan_roads(
+    network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics, side_by_side: bool = False
+) -> RoadPlan:
+    """Lay out the roads of a network in plan; `side_by_side`: what lies near a street alone shapes it."""
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
-        fitted = smooth_streets(network, fitted)
+        fitted = smooth_streets(network, fitted, chained=not side_by_side)
     fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)

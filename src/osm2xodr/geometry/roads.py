@@ -73,7 +73,7 @@ def build_roads(
         The areas side by side that this is one of. The road map then says which of them its roads belong to, and
         heights where roads are cut are common to both sides.
     """
-    plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
+    plan = plan_roads(network, road_options or RoadOptions(), diagnostics, neighbourhood is not None)
     release_memory()
     advance(0.45)
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
