@@ -143,7 +143,7 @@ def test_ends_that_are_held_keep_their_headings(held: tuple[bool, bool]) -> None
 
 
 def test_nodes_hold_curves_near_them() -> None:
-    """A node half a metre aside of a straight road, 40 m from others: the curve passes it nearer if it counts more."""
+    """A node half a metre aside of a straight road: the curve passes it nearer if it counts more."""
     points = np.array([[0.0, 0.0], [40.0, 0.0], [80.0, 0.5], [120.0, 0.0], [160.0, 0.0]])
     fitted = fit_polylines(points, np.array([0, len(points)]), np.array([15.0])).plan_view
     x, y = points[2:3].T.copy()

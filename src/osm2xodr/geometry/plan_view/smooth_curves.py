@@ -16,7 +16,7 @@ from scipy.linalg import solveh_banded
 from osm2xodr.curves import end_curvature, lengths, owners, runs, smallest_radius, spirals_between, starts, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
-from osm2xodr.geometry.plan_view.smooth_offsets import even_offsets, room_share, sharpest_near, smoothest_offsets
+from osm2xodr.geometry.plan_view.smooth_offsets import GENTLE, even_offsets, room_share, sharpest_near, smoothest_offsets
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An intersection within a curve counts like so many other points. A choice.
@@ -42,8 +42,6 @@ _TURN_AT_ONCE: Final = 0.3
 _STEP_OF_CURVATURE: Final = 1e-8
 _SHIFT_TOO_MUCH: Final = 1.5
 _RADIUS_SHARE: Final = 0.9
-# Radii larger than this are not sharp, m. A choice.
-_GENTLE: Final = 25.0
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6
@@ -120,7 +118,7 @@ def _faults(
     np.maximum.at(sharp, begin, np.abs(curves.curvature))
     np.maximum.at(sharp, begin + 1, np.abs(end_curvature(curves)))
     sharpest = np.maximum(sharpest, np.maximum.reduceat(np.abs(before.curvature), before.start[:-1]))
-    sharp *= _RADIUS_SHARE / np.maximum(sharpest, 1.0 / _GENTLE)[owners(first)]
+    sharp *= _RADIUS_SHARE / np.maximum(sharpest, 1.0 / GENTLE)[owners(first)]
     fault[knot] = np.maximum(fault[knot], np.maximum(sharp, np.abs(step) / _STEP_OF_CURVATURE))
     most = np.maximum.reduceat(fault, before.start[:-1])
     owner = owners(before.start)

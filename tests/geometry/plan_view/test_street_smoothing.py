@@ -10,7 +10,7 @@ from street_cases import Case
 from osm2xodr.curves import curvature_at, curves_of, end_curvature, project, smallest_radius
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults, smooth_streets
-from osm2xodr.geometry.plan_view.smooth_streets import Parts, smooth_parts
+from osm2xodr.geometry.plan_view.street_smoothing import Parts, smooth_parts
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
 from osm2xodr.model import PlanView, StreetNetwork
 
@@ -29,8 +29,7 @@ def _fitted(case: Case) -> tuple[StreetNetwork, FittedStreets]:
 def _end_at_intersection(network: StreetNetwork, plan: PlanView, way: int) -> tuple[Pose, float]:
     """Return the pose of a way's street where it meets the others, away from there, and its curvature to the left."""
     street = next(item for item in network.streets if item.pieces[0][1].osm_way_id == way)
-    item = network.intersections[street.start]
-    at_start = float(np.hypot(item.x, item.y)) < 1.0
+    at_start = sum(street.start in (item.start, item.end) for item in network.streets) > 1
     s = 0.0 if at_start else curve_length(plan, street.id)
     found = pose_at(plan, street.id, s)
     bend = float(curvature_at(plan, np.array([street.id]), np.array([s]))[0])
@@ -43,7 +42,7 @@ def test_a_street_goes_on_through_an_intersection_with_one_curvature() -> None:
     before = [_end_at_intersection(network, fitted.plan_view, way) for way in (1, 2)]
     after = [_end_at_intersection(network, smooth.plan_view, way) for way in (1, 2)]
     kinks = [np.sin(one[0].hdg - other[0].hdg) for one, other in (before, after)]
-    assert abs(kinks[0]) == pytest.approx(np.sin(np.arctan(24 / 150)), abs=1e-6)
+    assert abs(kinks[0]) == pytest.approx(np.sin(np.arctan(24 / 150)), abs=1e-4)
     assert abs(kinks[1]) < 1e-7
     assert after[0][0].gap(after[1][0]) < 1e-7
     assert abs(after[0][1]) > 1e-3
