@@ -1,6 +1,6 @@
 """Reference lines: streets as lines, arcs and spirals; docs/method/plan_view.md is their theory.
 
-`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then come `street_smoothing`
+`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then `street_smoothing`
 (with `through_streets`, `smooth_curves`, `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and
 `cuts_outside_bends`.
 """

@@ -34,7 +34,7 @@ SMOOTH_SHIFT_MOST: Final = 0.75
 SMOOTH_CUT: Final = 0.6
 SMOOTH_SHARE_LEAST: Final = 0.2
 # Spacing of the points that move, m: two to an arc of the least radius of a connecting road. A choice.
-SMOOTH_STEP: Final = 2.5
+SMOOTH_STEP: Final = 3.0
 # How far a curve may move for one spiral to do where there were several, m. A choice: a third of the shift.
 SMOOTH_KNOT: Final = 0.2
 

@@ -16,7 +16,13 @@ from scipy.linalg import solveh_banded
 from osm2xodr.curves import end_curvature, lengths, owners, runs, smallest_radius, spirals_between, starts, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
-from osm2xodr.geometry.plan_view.smooth_offsets import GENTLE, even_offsets, room_share, sharpest_near, smoothest_offsets
+from osm2xodr.geometry.plan_view.smooth_offsets import (
+    GENTLE,
+    even_offsets,
+    room_share,
+    sharpest_near,
+    smoothest_offsets,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An intersection within a curve counts like so many other points. A choice.
@@ -32,7 +38,7 @@ _MOST_TURN: Final = 1.5
 _CORNER_POINTS: Final = 4
 _CORNER_KNOTS: Final = 0.15
 # Rounds in which the points move to where curvature is even between knots, and in which headings settle.
-_EVEN_ROUNDS: Final = 3
+_EVEN_ROUNDS: Final = 2
 _HEADING_ROUNDS: Final = 30
 # Headings have settled where no curvature steps by more, 1/m; in a round none turns by more than this, rad.
 _SETTLED: Final = 1e-11
@@ -41,7 +47,7 @@ _TURN_AT_ONCE: Final = 0.3
 # shrinks to less than this share, is no better: it stays lines and arcs. Numerics and choices.
 _STEP_OF_CURVATURE: Final = 1e-8
 _SHIFT_TOO_MUCH: Final = 1.5
-_RADIUS_SHARE: Final = 0.9
+_RADIUS_SHARE: Final = 0.85
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6

@@ -22,7 +22,7 @@ _SHORTEST: Final = 2.0
 _GROWTH: Final = 0.12
 # Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
 # sharper than it was by more than this share it shrinks, too. Choices.
-_ROUNDS: Final = 14
+_ROUNDS: Final = 10
 _SHRINK: Final = (0.4, 0.9)
 _SHARPER: Final = 1.02
 # Sharper than what lies this near, m, and than this radius, m.
