@@ -100,9 +100,9 @@ def programmes_file(path: Path) -> Path:
     return path.with_name(path.name.removesuffix(".xodr") + _PROGRAMMES)
 
 
-# What reference lines consist of, by default lines and arcs: with spirals curvature is continuous.
+# What reference lines consist of: with spirals, the default, curvature is continuous; or lines and arcs alone.
 SPIRALS: Final = "spirals"
-PLANS: Final = ("arcs", SPIRALS)
+PLANS: Final = (SPIRALS, "arcs")
 
 # Where the cross slope of motorways and trunk roads comes from: an elevation model of the ground with cells of 2 m
 # and less, elsewhere what roads are designed with; such a model alone; or roads are level across.

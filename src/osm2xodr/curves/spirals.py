@@ -22,7 +22,7 @@ _NEWTON_TOLERANCE: Final = 1e-9
 _LEAST_SLOPE: Final = 0.2
 # The same for the shape of a clothoid between two headings, rad; -1/6 is its slope where it is straight.
 _SHAPE_TOLERANCE: Final = 1e-13
-_LEAST_SHAPE_SLOPE: Final = 1e-2
+_LEAST_SHAPE_SLOPE: Final = 2e-2
 # The weight of the middle of a panel, and the node and twice the weight of each pair of points about it.
 _Rule = tuple[float, tuple[tuple[float, float], ...]]
 
@@ -38,8 +38,11 @@ def _rule(points: int) -> _Rule:
 
 _RULE: Final = _rule(_POINTS)
 _SHORT_RULE: Final = _rule(_SHORT_POINTS)
-# The same for whole spirals between two headings, which turn by 2.4 rad at most.
-_BETWEEN_NODES, _BETWEEN_WEIGHTS = roots_legendre(12)
+# The same for whole spirals between two headings, which turn by 2.4 rad at most, and for those whose headings both
+# differ by less than so many rad from that of the chord.
+_BETWEEN: Final = roots_legendre(12)
+_BETWEEN_SMALL: Final = roots_legendre(7)
+_SMALL: Final = 0.25
 
 _Step = tuple[FloatArray, FloatArray, FloatArray]
 
@@ -50,15 +53,28 @@ def arc_step(curvature: FloatArray, ds: FloatArray, rate: FloatArray | None = No
     The curvature is constant, or curvature + rate · s. The chord of an arc is written with sinc, so that lines need
     no case of their own: u + iv = ds · sinc(k·ds/2) · exp(i·k·ds/2).
     """
+    if rate is None:
+        return _arc(curvature, ds)
+    spiral = rate != 0.0
+    if spiral.all():
+        return spiral_step(curvature, rate, ds)
+    if not spiral.any():
+        return _arc(curvature, ds)
+    out = np.empty((3, len(ds)))
+    for row, found in (
+        (k := np.flatnonzero(~spiral), _arc(curvature[k], ds[k])),
+        (k := np.flatnonzero(spiral), spiral_step(curvature[k], rate[k], ds[k])),
+    ):
+        out[:, row] = found
+    return out[0], out[1], out[2]
+
+
+def _arc(curvature: FloatArray, ds: FloatArray) -> _Step:
+    """Return u, v and the turn of an arc after ds."""
     turn = curvature * ds
     half = 0.5 * turn
     chord = ds * np.sinc(half / np.pi)
-    u, v = chord * np.cos(half), chord * np.sin(half)
-    if rate is not None:
-        spiral = np.flatnonzero(rate)
-        if len(spiral):
-            u[spiral], v[spiral], turn[spiral] = spiral_step(curvature[spiral], rate[spiral], ds[spiral])
-    return u, v, turn
+    return chord * np.cos(half), chord * np.sin(half), turn
 
 
 def spiral_step(curvature: FloatArray, rate: FloatArray, ds: FloatArray) -> _Step:
@@ -115,22 +131,32 @@ def spirals_between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArra
     length is b - a - A at its start and b - a + A at its end (Bertolazzi and Frego 2015, doi:10.1002/mma.3114).
     Newton's method finds the A that ends on the chord.
     """
+    shape, ahead = np.empty(len(a)), np.empty(len(a))
+    small = np.maximum(np.abs(a), np.abs(b)) < _SMALL
+    for row, rule in ((np.flatnonzero(small), _BETWEEN_SMALL), (np.flatnonzero(~small), _BETWEEN)):
+        if len(row):
+            shape[row], ahead[row] = _between(a[row], b[row], *rule)
+    return shape, 1.0 / np.maximum(ahead, _LEAST_SLOPE)
+
+
+def _between(a: FloatArray, b: FloatArray, nodes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the shape of clothoids from heading a to b, and their chord by their length, (n,)."""
     turn = b - a
     shape = 3.0 * (a + b)
     for _ in range(_NEWTON_ROUNDS):
         off, slope, ahead = np.zeros(len(a)), np.zeros(len(a)), np.zeros(len(a))
-        for node, weight in zip(_BETWEEN_NODES.tolist(), _BETWEEN_WEIGHTS.tolist(), strict=True):
+        for node, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
             q = 0.5 * (1.0 + node)
             heading = a + q * (turn - shape + shape * q)
-            cos = np.cos(heading)
-            off += 0.5 * weight * np.sin(heading)
-            slope += 0.5 * weight * (q * q - q) * cos
-            ahead += 0.5 * weight * cos
-        step = off / np.where(slope < -_LEAST_SHAPE_SLOPE, slope, -1.0 / 6.0)
+            cos = weight * np.cos(heading)
+            off += weight * np.sin(heading)
+            slope += (q * q - q) * cos
+            ahead += cos
+        step = off / np.where(slope < -_LEAST_SHAPE_SLOPE, slope, -1.0 / 3.0)
         if float(np.abs(step).max(initial=0.0)) < _SHAPE_TOLERANCE:
             break
         shape = shape - step
-    return shape, 1.0 / np.maximum(ahead, _LEAST_SLOPE)
+    return shape, 0.5 * ahead
 
 
 def nearest_on_spirals(

@@ -90,11 +90,16 @@ class RoadSides:
     diagnostics: Diagnostics  # What was found meanwhile
 
 
-def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics, jobs: int = 1) -> RoadPlan:
-    """Lay out the roads of a network in plan, by so many processes."""
+def plan_roads(
+    network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics, side_by_side: bool = False, jobs: int = 1
+) -> RoadPlan:
+    """Lay out the roads of a network in plan, by so many processes.
+
+    `side_by_side`: only what lies near a street shapes it, so that areas side by side agree.
+    """
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
-        fitted = smooth_streets(network, fitted)
+        fitted = smooth_streets(network, fitted, chained=not side_by_side)
     fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)

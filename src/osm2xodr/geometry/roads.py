@@ -81,7 +81,7 @@ def build_roads(
     jobs
         How many processes work at once; the road map and the order of diagnostics do not depend on it.
     """
-    plan = plan_roads(network, road_options or RoadOptions(), diagnostics, jobs)
+    plan = plan_roads(network, road_options or RoadOptions(), diagnostics, neighbourhood is not None, jobs)
     release_memory()
     advance(0.45)
     found = Diagnostics()

@@ -189,7 +189,7 @@ class ConvertOptions:
         choices=U_TURNS,
     )
     plan: str = _option(
-        "Reference lines of lines and arcs, or with spirals between them, of continuous curvature on plain roads.",
+        "Reference lines with spirals, of continuous curvature on plain roads, or of lines and arcs alone.",
         default=PLANS[0],
         choices=PLANS,
     )

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from road_measures import curve_length, pose_at
 from scene_files import SMALL_SCENES
-from street_cases import Case
 
 from osm2xodr.checking import CheckOptions, Severity, check_drive
 from osm2xodr.conventions import SPIRALS
@@ -16,9 +15,9 @@ from osm2xodr.curves import curvature_at, curves_of, lengths, pose, project, sma
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
 from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
-from osm2xodr.geometry.plan_view.smooth_curves import smooth_curves, smooth_streets
-from osm2xodr.geometry.plan_view.streets import fit_streets
+from osm2xodr.geometry.plan_view.smooth_curves import smooth_curves
 from osm2xodr.model import FloatArray, PlanView
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.pipeline import PipelineOptions, convert
@@ -28,7 +27,7 @@ from osm2xodr.xodrWriter import WriteOptions, write_xodr
 def _smooth(points: FloatArray) -> tuple[PlanView, PlanView]:
     """Return the curve of lines and arcs through points, and the smooth one."""
     fitted = fit_polylines(points, np.array([0, len(points)]), np.array([15.0])).plan_view
-    return fitted, smooth_curves(fitted, np.array([0]), np.array([False]))[0]
+    return fitted, smooth_curves(fitted, np.zeros((1, 2), bool)).plan_view
 
 
 def _clothoid_road(spacing: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -120,45 +119,53 @@ def test_corners_of_streets_stay_corners() -> None:
     assert _steps(plan) < 1e-7
 
 
-def test_chosen_curves_alone_change() -> None:
-    """And a curve is the same with others in the table and without."""
+def test_a_curve_is_the_same_with_others_in_the_table_and_without() -> None:
     points, *_ = _clothoid_road(15.0)
     other = points @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 1000.0
     start = np.array([0, len(points), 2 * len(points)])
-    arcs = fit_polylines(np.concatenate([points, other]), start, np.full(2, 15.0)).plan_view
-    plan, places = smooth_curves(arcs, np.array([1]), np.array([False]))
-    assert [row for row, _, _ in places] == [1]
-    first = slice(int(arcs.start[1]))
-    assert (plan.x[first] == arcs.x[first]).all()
-    both, _ = smooth_curves(arcs, np.array([0, 1]), np.array([False, False]))
-    assert lengths(both)[1] == pytest.approx(lengths(plan)[1], abs=1e-9)
+    both = fit_polylines(np.concatenate([points, other]), start, np.full(2, 15.0)).plan_view
+    alone = _smooth(points)[1]
+    found = smooth_curves(both, np.zeros((2, 2), bool))
+    assert found.good.all()
+    assert lengths(found.plan_view)[0] == pytest.approx(lengths(alone)[0], abs=1e-9)
+    assert found.plan_view.start[1] == len(alone.s)
 
 
-def test_curves_that_are_held_keep_their_headings() -> None:
+@pytest.mark.parametrize("held", [(True, True), (False, True), (True, False)])
+def test_ends_that_are_held_keep_their_headings(held: tuple[bool, bool]) -> None:
     zero = np.zeros(1)
     bends = np.array([[30.0, 40.0, 30.0]]), np.array([[0.0, 0.02, 0.0]])
     plan = curves_of(zero, zero, zero, *bends)
-    smooth, _ = smooth_curves(plan, np.array([0]), np.array([True]))
-    assert pose_at(smooth, 0, 0.0).hdg == pytest.approx(0.0, abs=1e-9)
-    assert pose_at(smooth, 0, curve_length(smooth, 0)).hdg == pytest.approx(0.8, abs=1e-9)
+    smooth = smooth_curves(plan, np.array([held])).plan_view
+    off = [pose_at(smooth, 0, 0.0).hdg, pose_at(smooth, 0, curve_length(smooth, 0)).hdg - 0.8]
+    for value, is_held in zip(off, held, strict=True):
+        assert (abs(value) < 1e-9) == is_held
 
 
-def test_places_move_along() -> None:
-    """Where lanes change stays where it is, within the shift."""
-    nodes = {f"n{k}": (20.0 * k, 0.02 * (20.0 * k) ** 2 / 2) for k in range(8)}
-    ways = {1: ("n0 n1 n2 n3 n4", "lanes=2"), 2: ("n4 n5 n6 n7", "lanes=3")}
-    network = Case(nodes, ways).stages().network
-    fitted = fit_streets(network, Diagnostics())
-    smooth = smooth_streets(network, fitted)
-    before = pose_at(fitted.plan_view, 0, fitted.pieces[0][1][0])
-    after = pose_at(smooth.plan_view, 0, smooth.pieces[0][1][0])
-    assert 0.0 < before.gap(after) < 1.5 * defaults.SMOOTH_SHIFT
+def test_nodes_hold_curves_near_them() -> None:
+    """A node half a metre aside of a straight road: the curve passes it nearer if it counts more."""
+    points = np.array([[0.0, 0.0], [40.0, 0.0], [80.0, 0.5], [120.0, 0.0], [160.0, 0.0]])
+    fitted = fit_polylines(points, np.array([0, len(points)]), np.array([15.0])).plan_view
+    x, y = points[2:3].T.copy()
+    s, _, _ = project(fitted, np.array([0]), x, y)
+    off = []
+    for nodes in ((np.zeros(0, np.int64), np.zeros(0)), (np.array([0]), s)):
+        plan = smooth_curves(fitted, np.zeros((1, 2), bool), nodes).plan_view
+        off.append(float(project(plan, np.array([0]), x, y)[2][0]))
+    assert off[1] < off[0] - 0.01
 
 
-def test_straight_streets_and_rings_stay() -> None:
-    network = Case({"a": (0.0, 0.0), "b": (100.0, 0.0)}, {1: ("a b", "")}).stages().network
-    fitted = fit_streets(network, Diagnostics())
-    assert smooth_streets(network, fitted) is fitted
+def test_corners_that_are_cut_already_move_less() -> None:
+    """What a fillet cuts off and what it moves by are within the limit together."""
+    points = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 60.0]])
+    for radius in (5.0, 10.0):
+        fitted = fit_polylines(points, np.array([0, 3]), np.array([radius])).plan_view
+        plan = smooth_curves(fitted, np.zeros((1, 2), bool)).plan_view
+        s = np.linspace(0.0, curve_length(plan, 0), 400)
+        x, y, _ = pose(plan, np.zeros(400, np.int64), s)
+        cut = FinePoints.along(fitted, np.array([0])).cut.max()
+        off = np.minimum(np.abs(y), np.abs(x - 60.0)).max()
+        assert off < max(defaults.SMOOTH_SHIFT_MOST, cut + 0.35)
 
 
 def test_roads_with_spirals_are_sound(tmp_path: Path) -> None:

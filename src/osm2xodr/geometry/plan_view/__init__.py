@@ -1,7 +1,8 @@
 """Reference lines: streets as lines, arcs and spirals; docs/method/plan_view.md is their theory.
 
-`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then come `smooth_curves`
-(with `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and `cuts_outside_bends`.
+`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then `street_smoothing`
+(with `through_streets`, `smooth_curves`, `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and
+`cuts_outside_bends`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from osm2xodr.geometry.plan_view.cuts_outside_bends import (
 from osm2xodr.geometry.plan_view.ends import StreetEnds, outward_pose, street_ends
 from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
-from osm2xodr.geometry.plan_view.smooth_streets import smooth_streets
+from osm2xodr.geometry.plan_view.street_smoothing import smooth_streets
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets, outer_lanes
 
 __all__ = [

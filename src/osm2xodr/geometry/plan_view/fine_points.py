@@ -50,6 +50,11 @@ class FinePoints:
         start = starts(count)
         return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin), _cuts(plan)[record])
 
+    def nearest(self, curve: IntArray, s: FloatArray) -> IntArray:
+        """Return the points nearest to places s along curves as they were taken, both (n,)."""
+        first = self.start[curve]
+        return np.asarray(first + np.rint(s / self.spacing[first]).astype(np.int64))
+
     def moved(self, aside: FloatArray) -> FinePoints:
         """Return the points moved to the left, (points,), m, with headings and curvatures that they have there."""
         x, y = self.x - np.sin(self.hdg) * aside, self.y + np.cos(self.hdg) * aside

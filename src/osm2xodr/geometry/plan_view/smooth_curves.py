@@ -13,10 +13,16 @@ from typing import Final
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from osm2xodr.curves import end_curvature, lengths, owners, spirals_between, wrapped
+from osm2xodr.curves import end_curvature, lengths, owners, runs, smallest_radius, spirals_between, starts, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
-from osm2xodr.geometry.plan_view.smooth_offsets import even_offsets, room_share, sharpest_near, smoothest_offsets
+from osm2xodr.geometry.plan_view.smooth_offsets import (
+    GENTLE,
+    even_offsets,
+    room_share,
+    sharpest_near,
+    smoothest_offsets,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An intersection within a curve counts like so many other points. A choice.
@@ -28,8 +34,11 @@ _BUMP: Final = 16.0
 _RADIUS_CHANGE: Final = 0.2
 # A spiral turns by no more, rad.
 _MOST_TURN: Final = 1.5
+# So many points before and after a corner that became too sharp without, knots may be off by this share. Choices.
+_CORNER_POINTS: Final = 4
+_CORNER_KNOTS: Final = 0.15
 # Rounds in which the points move to where curvature is even between knots, and in which headings settle.
-_EVEN_ROUNDS: Final = 3
+_EVEN_ROUNDS: Final = 2
 _HEADING_ROUNDS: Final = 30
 # Headings have settled where no curvature steps by more, 1/m; in a round none turns by more than this, rad.
 _SETTLED: Final = 1e-11
@@ -38,12 +47,15 @@ _TURN_AT_ONCE: Final = 0.3
 # shrinks to less than this share, is no better: it stays lines and arcs. Numerics and choices.
 _STEP_OF_CURVATURE: Final = 1e-8
 _SHIFT_TOO_MUCH: Final = 1.5
-_RADIUS_SHARE: Final = 0.9
-# Radii larger than this are not sharp, m. A choice.
-_GENTLE: Final = 25.0
+_RADIUS_SHARE: Final = 0.85
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6
+
+
+# Places on curves: index of the curve and s, m, both (n,).
+OnCurves = tuple[IntArray, FloatArray]
+NOWHERE: Final[OnCurves] = (np.zeros(0, np.int64), np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,18 +71,24 @@ class SmoothCurves:
     after: FloatArray
 
 
-def smooth_curves(plan: PlanView, held: BoolArray, nodes: tuple[IntArray, FloatArray]) -> SmoothCurves:
+def smooth_curves(
+    plan: PlanView, held: BoolArray, nodes: OnCurves = NOWHERE, corners: OnCurves = NOWHERE
+) -> SmoothCurves:
     """Return curves of continuous curvature near others.
 
     Ends stay where they are; those that are `held`, (curves, 2), also keep their headings. Curves pass nearer to
-    `nodes`: indices of curves, and s, m.
+    `nodes`, and have more knots at `corners`.
     """
     points = before = FinePoints.along(plan, np.arange(len(held)))
     weight = np.zeros(len(points.s))
-    place = points.start[nodes[0]]
-    weight[place + np.rint(nodes[1] / points.spacing[place]).astype(np.int64)] = _NODE
+    weight[points.nearest(*nodes)] = _NODE
+    room = defaults.SMOOTH_KNOT * room_share(points)
+    at, owner = points.nearest(*corners), owners(points.start)
+    for step in range(-_CORNER_POINTS, _CORNER_POINTS + 1):
+        row = np.clip(at + step, 0, len(room) - 1)
+        room[row[owner[row] == owner[at]]] *= _CORNER_KNOTS
     aside = smoothest_offsets(points, held, weight)
-    knot = _knots(points, points.bent(aside))
+    knot = _knots(points, points.bent(aside), room)
     for _ in range(_EVEN_ROUNDS):
         points = points.moved(aside)
         aside = even_offsets(points, knot, held)
@@ -79,7 +97,7 @@ def smooth_curves(plan: PlanView, held: BoolArray, nodes: tuple[IntArray, FloatA
     points.hdg[ends] = before.hdg[ends]
     first = np.searchsorted(knot, points.start)
     curves, step = _through(points, knot, first)
-    good, worst = _faults(before, points, knot, first, curves, step)
+    good, worst = _faults(before, points, knot, first, curves, step, 1.0 / smallest_radius(plan))
     whole = lengths(curves)
     after = np.empty(len(knot))
     after[np.delete(np.arange(len(knot)), first[1:] - 1)] = curves.s
@@ -88,16 +106,25 @@ def smooth_curves(plan: PlanView, held: BoolArray, nodes: tuple[IntArray, FloatA
 
 
 def _faults(
-    before: FinePoints, points: FinePoints, knot: IntArray, first: IntArray, curves: PlanView, step: FloatArray
+    before: FinePoints,
+    points: FinePoints,
+    knot: IntArray,
+    first: IntArray,
+    curves: PlanView,
+    step: FloatArray,
+    sharpest: FloatArray,
 ) -> tuple[BoolArray, FloatArray]:
-    """Return which curves are good, (curves,), and where they are at their worst, m; `step` is that of curvature."""
+    """Return which curves are good, (curves,), and where they are at their worst, m.
+
+    `step` is that of curvature at knots, and `sharpest` the largest curvature of each curve so far, 1/m.
+    """
     fault = np.hypot(points.x - before.x, points.y - before.y) / (_SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
     sharp = np.zeros(len(knot))
     begin = np.delete(np.arange(len(knot)), first[1:] - 1)
     np.maximum.at(sharp, begin, np.abs(curves.curvature))
     np.maximum.at(sharp, begin + 1, np.abs(end_curvature(curves)))
-    sharpest = np.maximum.reduceat(np.abs(before.curvature), before.start[:-1])
-    sharp *= _RADIUS_SHARE / np.maximum(sharpest, 1.0 / _GENTLE)[owners(first)]
+    sharpest = np.maximum(sharpest, np.maximum.reduceat(np.abs(before.curvature), before.start[:-1]))
+    sharp *= _RADIUS_SHARE / np.maximum(sharpest, 1.0 / GENTLE)[owners(first)]
     fault[knot] = np.maximum(fault[knot], np.maximum(sharp, np.abs(step) / _STEP_OF_CURVATURE))
     most = np.maximum.reduceat(fault, before.start[:-1])
     owner = owners(before.start)
@@ -106,15 +133,14 @@ def _faults(
     return most < 1.0, before.s[at]
 
 
-def _knots(points: FinePoints, curvature: FloatArray) -> IntArray:
-    """Return the points between which curvature changes evenly, within `SMOOTH_KNOT`, (knots,), ends included.
+def _knots(points: FinePoints, curvature: FloatArray, room: FloatArray) -> IntArray:
+    """Return the points between which curvature changes evenly, within `room`, (points,), m, ends included; (knots,).
 
     Where curves are sharp they also stay so. Passes over all curves leave out the least important point of every
     neighbourhood, as for polylines.
     """
     end = np.zeros(len(curvature), bool)
     end[points.start[:-1]] = end[points.start[1:] - 1] = True
-    room = defaults.SMOOTH_KNOT * room_share(points)
     sharp = defaults.SMOOTH_KNOT / _RADIUS_CHANGE / sharpest_near(points)
     knot, so_far = np.arange(len(end)), np.zeros(len(end))
     while True:
@@ -140,38 +166,87 @@ def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanV
     Unknown are the headings at inner knots: Newton's method with the matrix of a cubic spline, which is that of
     spirals that turn little. `first` holds each curve's first knot, (curves + 1,).
     """
-    x, y, hdg = points.x[knot], points.y[knot], points.hdg[knot]
-    inner = np.ones(len(knot), bool)
-    inner[first[:-1]] = inner[first[1:] - 1] = False
-    begin = np.ones(len(knot), bool)
-    begin[first[1:] - 1] = False
-    piece = np.flatnonzero(begin)
-    dx, dy = x[piece + 1] - x[piece], y[piece + 1] - y[piece]
-    chord, towards = np.hypot(dx, dy), np.arctan2(dy, dx)
-    for number in range(_HEADING_ROUNDS):
-        before = wrapped(hdg[piece] - towards)
-        turn = hdg[piece + 1] - hdg[piece]
-        shape, longer = spirals_between(before, before + turn)
-        length = chord * longer
-        start, end = (turn - shape) / length, (turn + shape) / length
-        step = np.zeros(len(knot))
-        step[piece + 1] = end
-        step[piece] -= start
-        step[~inner] = 0.0
-        if np.abs(step).max() < _SETTLED or number == _HEADING_ROUNDS - 1:
+    every = _Knots.of(points.x[knot], points.y[knot], points.hdg[knot], first)
+    part, row = every, np.arange(len(knot))
+    for _ in range(_HEADING_ROUNDS):
+        spirals = part.spirals()
+        change = part.change(spirals)
+        # Most curves settle in a few rounds.
+        moving = np.maximum.reduceat(np.abs(spirals.step), part.first[:-1]) >= _SETTLED
+        if not moving.any():
             break
-        stiff = np.zeros(len(knot))
-        stiff[piece] = 1.0 / length
-        matrix = np.ones((2, len(knot)))
-        matrix[0, inner] = 4.0 * (stiff + np.roll(stiff, 1))[inner]
-        matrix[1] = np.where(inner & np.append(inner[1:], False), 2.0 * stiff, 0.0)
-        change = solveh_banded(matrix, -step, overwrite_ab=True, lower=True, check_finite=False)
-        hdg = hdg + np.clip(change, -_TURN_AT_ONCE, _TURN_AT_ONCE)
+        every.hdg[row] += np.clip(change, -_TURN_AT_ONCE, _TURN_AT_ONCE)
+        count = np.diff(part.first)[moving]
+        row = row[runs(part.first[:-1][moving], count)]
+        part = _Knots.of(every.x[row], every.y[row], every.hdg[row], starts(count))
+    spirals = every.spirals()
     own = first - np.arange(len(first))
-    rate = 2.0 * shape / length**2
-    s = sum_before(length, own)
-    plan = PlanView(own, s, x[piece], y[piece], hdg[piece], length, start, rate)
-    return _plain(plan, chord, towards, turn), step
+    piece = every.piece
+    rate = 2.0 * spirals.shape / spirals.length**2
+    start = (spirals.turn - spirals.shape) / spirals.length
+    s = sum_before(spirals.length, own)
+    plan = PlanView(own, s, every.x[piece], every.y[piece], every.hdg[piece], spirals.length, start, rate)
+    return _plain(plan, every.chord, every.towards, spirals.turn), spirals.step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spirals:
+    """Spirals between knots."""
+
+    # (spirals,) Turn, and difference of curvature over the length, rad; length, m
+    turn: FloatArray
+    shape: FloatArray
+    length: FloatArray
+    step: FloatArray  # (knots,) Of curvature, 0 at ends of curves, 1/m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Knots:
+    """Places that spirals lead through, and their headings."""
+
+    # (knots,) m and rad
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    first: IntArray  # (curves + 1,) Index of each curve's first knot
+    inner: BoolArray  # (knots,) Whether a spiral ends and another begins there
+    # (spirals,) Knot that a spiral begins at, and length and heading of its chord, m and rad
+    piece: IntArray
+    chord: FloatArray
+    towards: FloatArray
+
+    @classmethod
+    def of(cls, x: FloatArray, y: FloatArray, hdg: FloatArray, first: IntArray) -> _Knots:
+        """Return the knots of some curves."""
+        inner = np.ones(len(x), bool)
+        inner[first[:-1]] = inner[first[1:] - 1] = False
+        begin = np.ones(len(x), bool)
+        begin[first[1:] - 1] = False
+        piece = np.flatnonzero(begin)
+        dx, dy = x[piece + 1] - x[piece], y[piece + 1] - y[piece]
+        return cls(x, y, hdg, first, inner, piece, np.hypot(dx, dy), np.arctan2(dy, dx))
+
+    def spirals(self) -> _Spirals:
+        """Return the spirals between the headings that knots have."""
+        before = wrapped(self.hdg[self.piece] - self.towards)
+        turn = self.hdg[self.piece + 1] - self.hdg[self.piece]
+        shape, longer = spirals_between(before, before + turn)
+        length = self.chord * longer
+        step = np.zeros(len(self.x))
+        step[self.piece + 1] = (turn + shape) / length
+        step[self.piece] -= (turn - shape) / length
+        step[~self.inner] = 0.0
+        return _Spirals(turn, shape, length, step)
+
+    def change(self, spirals: _Spirals) -> FloatArray:
+        """Return by how much headings change for curvature not to step, (knots,), rad."""
+        stiff = np.zeros(len(self.x))
+        stiff[self.piece] = 1.0 / spirals.length
+        matrix = np.ones((2, len(self.x)))
+        matrix[0, self.inner] = 4.0 * (stiff + np.roll(stiff, 1))[self.inner]
+        matrix[1] = np.where(self.inner & np.append(self.inner[1:], False), 2.0 * stiff, 0.0)
+        out = solveh_banded(matrix, -spirals.step, overwrite_ab=True, lower=True, check_finite=False)
+        return np.asarray(out)
 
 
 def _plain(plan: PlanView, chord: FloatArray, towards: FloatArray, turn: FloatArray) -> PlanView:

@@ -22,12 +22,12 @@ _SHORTEST: Final = 2.0
 _GROWTH: Final = 0.12
 # Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
 # sharper than it was by more than this share it shrinks, too. Choices.
-_ROUNDS: Final = 14
+_ROUNDS: Final = 10
 _SHRINK: Final = (0.4, 0.9)
 _SHARPER: Final = 1.02
 # Sharper than what lies this near, m, and than this radius, m.
 _NEAR: Final = 15.0
-_GENTLE: Final = 25.0
+GENTLE: Final = 25.0
 # Smoothing where the curvature is to be even between knots, m: it only settles what these leave open.
 _SETTLE: Final = 0.3
 
@@ -60,10 +60,10 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
 
 
 def sharpest_near(points: FinePoints) -> FloatArray:
-    """Return the largest curvature within `_NEAR` of each point, at least that of `_GENTLE`, (points,), 1/m."""
+    """Return the largest curvature within `_NEAR` of each point, at least that of `GENTLE`, (points,), 1/m."""
     owner = owners(points.start)
     same = np.append(owner[1:] == owner[:-1], False)
-    bend = np.maximum(np.abs(points.curvature), 1.0 / _GENTLE)
+    bend = np.maximum(np.abs(points.curvature), 1.0 / GENTLE)
     for _ in range(round(_NEAR / defaults.SMOOTH_STEP)):
         after, before = np.where(same, np.roll(bend, -1), 0.0), np.where(np.roll(same, 1), np.roll(bend, 1), 0.0)
         bend = np.maximum(bend, np.maximum(before, after))

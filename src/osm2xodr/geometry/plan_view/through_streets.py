@@ -39,9 +39,9 @@ class StreetChains:
         return np.asarray(begin - begin[self.first[:-1]][owners(self.first)])
 
 
-def chain_streets(network: StreetNetwork, plan: PlanView, which: BoolArray) -> StreetChains:
-    """Return the chains that streets form, of those of `which`, (streets,), alone."""
-    partner = _partners(network, plan, which)
+def chain_streets(network: StreetNetwork, plan: PlanView, which: BoolArray, *, chained: bool = True) -> StreetChains:
+    """Return the chains that streets form, of those of `which`, (streets,), alone; else each is one of its own."""
+    partner = _partners(network, plan, which) if chained else np.full(2 * len(which), -1, np.int64)
     street: list[int] = []
     first: list[int] = []
     used = ~which
@@ -75,7 +75,9 @@ def _partners(network: StreetNetwork, plan: PlanView, which: BoolArray) -> IntAr
     attributes = [street.attributes_at_end(k) for street in streets for k in (0, 1)]
     roads: dict[tuple[str, str], int] = {}
     road = np.array([roads.setdefault((item.road, item.highway), len(roads)) for item in attributes])
-    ways = [item.car_directions() for item in attributes]
+    ways: list[frozenset[Direction]] = []
+    for k, item in enumerate(attributes):
+        ways.append(ways[-1] if k and item is attributes[k - 1] else item.car_directions())
     along = np.array([Direction.BACKWARD not in item for item in ways], bool)
     against = np.array([Direction.FORWARD not in item for item in ways], bool)
     one_way = along | against

@@ -5,7 +5,7 @@ Corners that cannot become smooth stay lines and arcs; what lies on both sides o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -24,7 +24,7 @@ from osm2xodr.curves import (
     snap_cuts,
     stack_plan_views,
 )
-from osm2xodr.geometry.plan_view.smooth_curves import SmoothCurves, smooth_curves
+from osm2xodr.geometry.plan_view.smooth_curves import NOWHERE, OnCurves, SmoothCurves, smooth_curves
 from osm2xodr.geometry.plan_view.streets import FittedStreets
 from osm2xodr.geometry.plan_view.through_streets import StreetChains, chain_streets
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
@@ -33,7 +33,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetw
 _SHORTEST_CURVE: Final = 8.0
 # Rounds in which corners that cannot become smooth are left out, and how far such a corner reaches to both sides, m,
 # at least; if it begins or ends in an arc no longer than twice that, as far as this. Choices.
-_CORNER_ROUNDS: Final = 4
+_CORNER_ROUNDS: Final = 5
 _CORNER_REACH: Final = 8.0
 # A corner does not end as near as this to an intersection, where headings may step, m.
 _OFF_NODES: Final = 0.3
@@ -46,33 +46,43 @@ Places = dict[int, tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Parts:
-    """Parts of curves."""
+class Parts:
+    """Parts of curves, curve after curve from start to end."""
 
     curve: IntArray  # (parts,) Index of the curve
     # (parts,) Where on it they begin and end, m
     lo: FloatArray
     hi: FloatArray
     held: BoolArray  # (parts, 2) Whether its ends keep their heading
+    tried: BoolArray  # (parts,) Whether it became too sharp once, with few knots
 
-    def at(self, rows: IntArray | BoolArray) -> _Parts:
+    @classmethod
+    def whole(cls, plan: PlanView, held: BoolArray) -> Parts:
+        """Return the whole curves of a plan, whose ends keep their heading or not, (curves, 2)."""
+        n = len(held)
+        return cls(np.arange(n), np.zeros(n), lengths(plan), held, np.zeros(n, bool))
+
+    def at(self, rows: IntArray | BoolArray) -> Parts:
         """Return some of them."""
-        return _Parts(self.curve[rows], self.lo[rows], self.hi[rows], self.held[rows])
+        return Parts(self.curve[rows], self.lo[rows], self.hi[rows], self.held[rows], self.tried[rows])
 
-    def joined(self, other: _Parts) -> _Parts:
+    def joined(self, other: Parts) -> Parts:
         """Return these and others, the others behind."""
-        both = ((self.curve, other.curve), (self.lo, other.lo), (self.hi, other.hi), (self.held, other.held))
-        return _Parts(*map(np.concatenate, both))
+        return Parts(*(np.concatenate([getattr(item, name) for item in (self, other)]) for name in _COLUMNS))
 
 
-def smooth_streets(network: StreetNetwork, fitted: FittedStreets) -> FittedStreets:
+_COLUMNS: Final = tuple(item.name for item in fields(Parts))
+
+
+def smooth_streets(network: StreetNetwork, fitted: FittedStreets, *, chained: bool = True) -> FittedStreets:
     """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay.
 
-    Streets that go on straight through intersections become smooth as one.
+    Streets that go on straight through intersections become smooth as one if they are `chained`; else each is the
+    same whatever lies beyond its ends.
     """
     ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
     closed = np.array([street.start < 0 for street in network.streets], bool)
-    chains = chain_streets(network, fitted.plan_view, ~ring)
+    chains = chain_streets(network, fitted.plan_view, ~ring, chained=chained)
     plan = chains.curves(fitted.plan_view)
     bends = np.isfinite(smallest_radius(plan)) | (np.diff(chains.first) > 1)
     rows = np.flatnonzero(bends & (lengths(plan) > _SHORTEST_CURVE))
@@ -83,18 +93,17 @@ def smooth_streets(network: StreetNetwork, fitted: FittedStreets) -> FittedStree
     place[rows] = np.arange(len(rows))
     inner = np.flatnonzero((begin > 0.0) & (place[owner] >= 0))
     held = np.repeat(closed[chains.street[chains.first[rows]]], 2).reshape(-1, 2)
-    parts = _Parts(np.arange(len(rows)), np.zeros(len(rows)), lengths(plan)[rows], held)
     old = chosen_curves(plan, rows)
-    new, places = smooth_parts(old, parts, (place[owner[inner]], begin[inner]))
+    new, places = smooth_parts(old, Parts.whole(old, held), (place[owner[inner]], begin[inner]))
     streets = np.flatnonzero(place[owner] >= 0)
     return _cut_into_streets(fitted, chains, streets, place[owner[streets]], new, places)
 
 
-def smooth_parts(plan: PlanView, parts: _Parts, nodes: tuple[IntArray, FloatArray]) -> tuple[PlanView, Places]:
+def smooth_parts(plan: PlanView, parts: Parts, nodes: OnCurves) -> tuple[PlanView, Places]:
     """Return curves that are smooth but for corners that cannot be, and places on the old and the new ones."""
-    finished: list[tuple[_Parts, PlanView]] = []
+    finished: list[tuple[Parts, PlanView]] = []
     ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]] = {}
-    todo = parts
+    todo, corners = parts, NOWHERE
     for number in range(_CORNER_ROUNDS + 1):
         short = (todo.hi - todo.lo <= _SHORTEST_CURVE) | (number == _CORNER_ROUNDS)
         kept, todo = todo.at(short), todo.at(~short)
@@ -102,12 +111,16 @@ def smooth_parts(plan: PlanView, parts: _Parts, nodes: tuple[IntArray, FloatArra
         if not len(todo.curve):
             break
         arcs = cut_curves(plan, todo.lo, todo.hi, todo.curve)
-        found = smooth_curves(arcs, todo.held, _nodes_of(todo, nodes))
+        found = smooth_curves(arcs, todo.held, _within(todo, nodes), _within(todo, corners))
         good = np.flatnonzero(found.good)
         finished.append((todo.at(good), chosen_curves(found.plan_view, good)))
         _note_places(todo, found, good, ways)
-        corner, todo = _without_corners(plan, todo.at(~found.good), found.worst[~found.good], nodes)
+        bad, worst = todo.at(~found.good), found.worst[~found.good]
+        corners = np.concatenate([corners[0], bad.curve]), np.concatenate([corners[1], bad.lo + worst])
+        corner, rest = _without_corners(plan, bad.at(bad.tried), worst[bad.tried], nodes)
         finished.append((corner, cut_curves(plan, corner.lo, corner.hi, corner.curve)))
+        todo = replace(bad, tried=np.ones(len(worst), bool)).at(~bad.tried).joined(rest)
+        todo = todo.at(np.lexsort((todo.lo, todo.curve)))
     every = finished[0][0]
     for item, _ in finished[1:]:
         every = every.joined(item)
@@ -118,8 +131,8 @@ def smooth_parts(plan: PlanView, parts: _Parts, nodes: tuple[IntArray, FloatArra
     return chain_curves(table, first), _places(every, lengths(table), first, ways)
 
 
-def _nodes_of(parts: _Parts, nodes: tuple[IntArray, FloatArray]) -> tuple[IntArray, FloatArray]:
-    """Return the part that each node lies in, and where along it, m; without those that lie in none."""
+def _within(parts: Parts, nodes: OnCurves) -> OnCurves:
+    """Return the part that places on curves lie in, and where along it, m; without those that lie in none."""
     curve, s = nodes
     row = np.searchsorted(parts.curve, np.arange(int(max(curve.max(initial=-1), parts.curve.max(initial=-1))) + 2))
     count = np.diff(row)[curve]
@@ -130,7 +143,7 @@ def _nodes_of(parts: _Parts, nodes: tuple[IntArray, FloatArray]) -> tuple[IntArr
 
 
 def _note_places(
-    parts: _Parts, found: SmoothCurves, good: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
+    parts: Parts, found: SmoothCurves, good: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
 ) -> None:
     """Note the places of parts that are smooth now."""
     for k in good.tolist():
@@ -138,9 +151,7 @@ def _note_places(
         ways[int(parts.curve[k]), float(parts.lo[k])] = found.before[row], found.after[row]
 
 
-def _without_corners(
-    plan: PlanView, parts: _Parts, worst: FloatArray, nodes: tuple[IntArray, FloatArray]
-) -> tuple[_Parts, _Parts]:
+def _without_corners(plan: PlanView, parts: Parts, worst: FloatArray, nodes: OnCurves) -> tuple[Parts, Parts]:
     """Return the corner of each part that cannot become smooth, and what lies on both sides of it."""
     middle = parts.lo + worst
     ends = []
@@ -150,23 +161,30 @@ def _without_corners(
         of_record = plan.s[record] + (plan.length[record] if sign > 0 else 0.0)
         bent = (plan.curvature[record] != 0.0) & (np.abs(of_record - middle) <= 2 * _CORNER_REACH)
         end = np.where(bent, of_record, end)
-        for curve, s in zip(*nodes, strict=True) if len(end) else ():
-            near = (parts.curve == curve) & (np.abs(end - s) < _OFF_NODES)
-            end = np.where(near, s + sign * _OFF_NODES, end)
-        ends.append(end)
+        ends.append(_off_nodes(parts.curve, end, nodes, sign))
     a = np.where(ends[0] - parts.lo > _SHORTEST_CURVE, ends[0], parts.lo)
     b = np.where(parts.hi - ends[1] > _SHORTEST_CURVE, ends[1], parts.hi)
     held = np.ones((len(a), 2), bool)
-    corner = _Parts(parts.curve, a, b, held)
-    before = _Parts(parts.curve, parts.lo, a, np.column_stack([parts.held[:, 0], held[:, 1]]))
-    after = _Parts(parts.curve, b, parts.hi, np.column_stack([held[:, 0], parts.held[:, 1]]))
+    before = replace(parts, hi=a, held=np.column_stack([parts.held[:, 0], held[:, 1]]))
+    after = replace(parts, lo=b, held=np.column_stack([held[:, 0], parts.held[:, 1]]))
     rest = before.joined(after)
-    rest = rest.at(np.flatnonzero(rest.hi > rest.lo))
-    return corner, rest.at(np.lexsort((rest.lo, rest.curve)))
+    return replace(parts, lo=a, hi=b), rest.at(np.flatnonzero(rest.hi > rest.lo))
+
+
+def _off_nodes(curve: IntArray, s: FloatArray, nodes: OnCurves, sign: float) -> FloatArray:
+    """Return places on curves, (n,), m; those too near to one of the nodes, in order, are moved on or back."""
+    out = s.copy()
+    begin, end = np.searchsorted(nodes[0], curve), np.searchsorted(nodes[0], curve, side="right")
+    for k, (first, last) in enumerate(zip(begin.tolist(), end.tolist(), strict=True)):
+        at = nodes[1][first:last]
+        near = at[np.abs(at - s[k]) < _OFF_NODES]
+        if len(near):
+            out[k] = near[0] + sign * _OFF_NODES
+    return out
 
 
 def _places(
-    parts: _Parts, length: FloatArray, first: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
+    parts: Parts, length: FloatArray, first: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
 ) -> Places:
     """Return places on old and new curves, which consist of parts of some `length`, (parts,), m."""
     begin = np.cumsum(length) - length
