@@ -52,6 +52,15 @@ def report_needless_turns(
         diagnostics.dropped("no-room-to-turn", osm_id, text)
 
 
+def report_long_turns_back(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+) -> None:
+    """Report junctions with turns back that were left out because they are too long, (turns,)."""
+    for osm_id in _nodes(network, layout, junctions):
+        text = "a turn back from arm to arm is left out: it would swing far out over the carriageways"
+        diagnostics.dropped("no-room-to-turn", osm_id, text)
+
+
 def report_sharp_turns(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:

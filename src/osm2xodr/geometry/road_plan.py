@@ -18,6 +18,7 @@ from osm2xodr.geometry.connections import (
     draw_in_parts,
     even_widths,
     find_lane_links,
+    long_turns_back,
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
@@ -45,6 +46,7 @@ from osm2xodr.geometry.plan_report import (
     report_absorbed_streets,
     report_impossible_turns,
     report_lane_changes,
+    report_long_turns_back,
     report_missing_corners,
     report_needless_turns,
     report_sharp_turns,
@@ -212,6 +214,11 @@ def _without_impossible_turns(
     impossible &= connecting.entry != connecting.exit
     report_impossible_turns(network, cut.layout, connecting.junction[impossible], diagnostics)
     connecting = connecting.chosen(~impossible) if impossible.any() else connecting
+    street_end = cut.parts.street_end()
+    on_ring = cut.ends.roundabout[street_end[connecting.entry]] | cut.ends.roundabout[street_end[connecting.exit]]
+    long = long_turns_back(connecting, on_ring)
+    report_long_turns_back(network, cut.layout, connecting.junction[long], diagnostics)
+    connecting = connecting.chosen(~long) if long.any() else connecting
     needless = turns_without_need(connecting, cut.parts)
     report_needless_turns(network, cut.layout, connecting.junction[needless], diagnostics)
     return connecting.chosen(~needless) if needless.any() else connecting

@@ -120,3 +120,15 @@ def test_arms_of_acute_forks_end_where_cars_turn_from_one_to_the_other(rule: Rul
             plan = roads.plan_view
             bends = plan.curvature[plan.start[k] : plan.start[k + 1]]
             assert not ((bends > 1e-6).any() and (bends < -1e-6).any())
+
+
+@pytest.mark.parametrize(("length", "apart"), [(70.0, False), (180.0, True)])
+def test_one_arm_of_an_acute_fork_is_not_set_back_alone(length: float, apart: bool) -> None:
+    """Where the other street is too short, cars would drive along it to and fro to turn."""
+    angle = math.radians(18.0)
+    nodes = {"w": (-180.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
+    nodes["x"] = (-length * math.cos(angle), length * math.sin(angle))
+    tags = "highway=residential lanes=2 width=6"
+    left = left_of(built(Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}), Rule.RIGHT_HAND))
+    assert 180.0 - left[1] == pytest.approx(length - left[3], abs=0.1)
+    assert (180.0 - left[1] > 36.0) == apart

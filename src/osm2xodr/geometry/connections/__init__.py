@@ -12,7 +12,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
-from osm2xodr.geometry.connections.needless_turns import turns_without_need
+from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import clear_overrun_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
@@ -31,6 +31,7 @@ __all__ = [
     "even_widths",
     "find_lane_links",
     "find_priorities",
+    "long_turns_back",
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",

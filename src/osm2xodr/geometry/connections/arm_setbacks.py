@@ -32,6 +32,8 @@ _ROUNDS: Final = 8
 _LEAST_TURN: Final = 0.2
 # Setbacks below this, m, are not worth a cut.
 _LEAST_SETBACK: Final = 0.05
+# One arm of an acute fork is set back by at most this much more than the other one, m. A choice: one car.
+_LARGEST_STAGGER: Final = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,6 +165,9 @@ def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Tu
             break
         farther = np.maximum(np.minimum(trim + setback, most), trim)
         done = lanes_apart(*turns.poses(ends, farther)) >= 2 * U_TURN_RADIUS / SHARE_OF_HALF
+        # Where one arm alone has room, cars would drive along the other one to and fro.
+        given = farther - trim
+        done &= np.abs(given[turns.entry] - given[turns.exit]) <= _LARGEST_STAGGER
         for arm in (turns.entry[done], turns.exit[done]):
             np.maximum.at(out, arm, farther[arm])
         turns = turns.chosen(~done)

@@ -48,11 +48,14 @@ _EVERY: Final = (6, 2, 1)
 _NEAR: Final = 2.0
 _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
 # Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m, and
-# lie at this share of the distance from the curve before to the rounded way.
-ROUNDINGS: Final = (
-    *((6.0, 8.0, 1.0), (4.0, 6.0, 1.0), (8.0, 16.0, 1.0), (6.0, 24.0, 1.0)),
-    *((12.0, 16.0, 0.15), (12.0, 16.0, 0.25), (12.0, 12.0, 0.25), (12.0, 24.0, 0.55), (12.0, 40.0, 0.4)),
+# lie at this share of the distance from the curve before to the rounded way: on it, or between for what leaves the
+# carriageways by more than this, m. A choice.
+ROUNDINGS: Final = ((6.0, 8.0, 1.0), (4.0, 6.0, 1.0), (8.0, 16.0, 1.0))
+_BETWEEN: Final = (
+    *((6.0, 24.0, 1.0), (12.0, 16.0, 0.15), (12.0, 16.0, 0.25)),
+    *((12.0, 12.0, 0.25), (12.0, 24.0, 0.55), (12.0, 40.0, 0.4)),
 )
+_FAR_OFF: Final = 1.5
 # Curves as long as so many times their way are no longer than it.
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
@@ -134,12 +137,12 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     if not len(rows):
         return plan
     off = streets.beyond(plan, rows, rows)
-    far = _of_same_arms(off > OFF_CARRIAGEWAY, streets.arms[rows])
-    rows, off = rows[far], off[far]
     least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
     longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))
-    for redraw in _REDRAWINGS:
+    for redraw, limit in _REDRAWINGS:
+        far = _of_same_arms(off > limit, streets.arms[rows])
+        rows, off, least, longest = rows[far], off[far], least[far], longest[far]
         if not len(rows):
             break
         drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
@@ -149,8 +152,6 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         good = ~_of_same_arms(bad, streets.arms[rows])
         plan = replace_curves(plan, rows[good], drawn, np.flatnonzero(good))
         off = np.where(good, beyond, off)
-        still = _of_same_arms(off > OFF_CARRIAGEWAY, streets.arms[rows])
-        rows, off, least, longest = rows[still], off[still], least[still], longest[still]
     return plan
 
 
@@ -211,9 +212,10 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
     return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
 
 
-# In the order in which they are tried.
-_REDRAWINGS: Final[tuple[Callable[[PlanView, LanePaths], PlanView], ...]] = (
-    _turned_tighter,
-    follow_corners,
-    *(partial(along_the_way, rounding=item) for item in ROUNDINGS),
+# In the order in which they are tried, and for what leaves the carriageways by more than what, m.
+_REDRAWINGS: Final[tuple[tuple[Callable[[PlanView, LanePaths], PlanView], float], ...]] = (
+    (_turned_tighter, OFF_CARRIAGEWAY),
+    (follow_corners, OFF_CARRIAGEWAY),
+    *((partial(along_the_way, rounding=item), OFF_CARRIAGEWAY) for item in ROUNDINGS),
+    *((partial(along_the_way, rounding=item), _FAR_OFF) for item in _BETWEEN),
 )

@@ -33,3 +33,5 @@ OFF_CARRIAGEWAY: Final = 1.25
 LONGEST_REDRAWN: Final = 1.8
 # And they have this radius at least, m, or that of the curve they replace: cars turn at 5 to 6 m.
 LEAST_REDRAWN_RADIUS: Final = 5.0
+# Turns back that swing out become no longer than this, m, and are left out where they are: balloons. A choice.
+LONGEST_TURN_BACK: Final = 40.0

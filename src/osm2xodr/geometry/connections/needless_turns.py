@@ -14,7 +14,7 @@ import numpy as np
 
 from osm2xodr.curves import lengths, smallest_radius
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.defaults import TURNING_RADIUS_ACUTE
+from osm2xodr.geometry.connections.defaults import LONGEST_TURN_BACK, TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.turn_backs import swings_back
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.model import BoolArray
@@ -43,6 +43,21 @@ def turns_without_need(connecting: ConnectingRoads, parts: RoadParts) -> BoolArr
     graph = _Graph(connecting, parts)
     for row in rows[np.argsort(smallest_radius(plan)[rows], kind="stable")].tolist():
         out[row] = graph.leave_out(row)
+    return out
+
+
+def long_turns_back(connecting: ConnectingRoads, on_ring: BoolArray) -> BoolArray:
+    """Say which turns back swing out, are longer than nearly all that cars drive, and may be missed, (n,).
+
+    Both of their lanes are linked without them. `on_ring` (n,) says which join a roundabout: they go round it.
+    """
+    out = swings_back(connecting.plan_view) & (connecting.length > LONGEST_TURN_BACK)
+    out &= connecting.for_vehicles() & (connecting.entry != connecting.exit) & ~on_ring
+    for end, lane in ((connecting.entry, connecting.entry_lane), (connecting.exit, connecting.exit_lane)):
+        _, at = np.unique(np.column_stack([end, lane]), axis=0, return_inverse=True)
+        # Where all ways of a lane are such, none is left out.
+        linked = np.bincount(at.ravel(), ~out & connecting.for_vehicles())
+        out &= linked[at.ravel()] > 0
     return out
 
 

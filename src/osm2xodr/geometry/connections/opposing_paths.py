@@ -36,10 +36,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # Curves are compared at this many places, from this far behind their start to this far before their end, m.
 _PLACES: Final = 32
 _LEAD: Final = 2.0
-# Ways that turn back become no longer than this, m, if they were not: balloons. A choice.
-_LONGEST_TURN_BACK: Final = 40.0
-# The inner one of them turns with the first of these radii, m, that leaves both of them room. The smaller ones are
-# choices: not below `CONNECTING_RADIUS`.
+# The inner one of two ways that turn back turns with the first of these radii, m, that leaves both of them room. The
+# smaller ones are choices: not below `CONNECTING_RADIUS`.
 _TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.5, 3.1)
 # They may turn with this share of their smallest radius: their distance changes from one arm to the other.
 _NEAR_ENOUGH: Final = 0.98
@@ -105,7 +103,9 @@ def draw_turn_backs_side_by_side(
         if not len(drawn):
             break
         axis = _in_quarters(chosen_curves(axis, drawn))
-        plan = _redrawn(plan, pairs.chosen(drawn), apart[drawn], axis, _NEAR_ENOUGH * radius, _LONGEST_TURN_BACK)
+        plan = _redrawn(
+            plan, pairs.chosen(drawn), apart[drawn], axis, _NEAR_ENOUGH * radius, defaults.LONGEST_TURN_BACK
+        )
     return plan
 
 
