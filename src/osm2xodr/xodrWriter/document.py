@@ -40,8 +40,8 @@ def write_document(
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
     rule = road_map.rule.value if options.dialect.has_rule else None
-    as_met = target.priority_signs
-    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
+    how = {"as_met": target.priority_signs, "object_ids": target.object_ids}
+    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, **how)
     writer = RoadWriter(rule, words, furniture)
     stream.write(_header(road_map, options).encode())
     _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
