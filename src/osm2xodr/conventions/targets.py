@@ -68,6 +68,9 @@ class Target:
     # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
     # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
     priority_signs: bool = False
+    # Distance of the points of polylines that it makes of arcs, from the start of each record, m; 0 if it makes none.
+    # SUMO moves such lines to the lanes (``opendrive.curve-resolution``).
+    arc_step: float = 0.0
     # Whether signal programmes are written beside the file. SUMO's netconvert would guess them: it reads no
     # controllers by default, and OpenDRIVE has no times.
     programmes: bool = False
@@ -124,6 +127,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 lights_for_people=False,
                 negated_left_hand=True,
                 priority_signs=True,
+                arc_step=2.0,
                 programmes=True,
                 command="netconvert{side} --opendrive-files {path}{lights} -o {net}",
                 left_hand_option="--lefthand",

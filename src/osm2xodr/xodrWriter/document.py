@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -15,6 +16,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
+from osm2xodr.xodrWriter.even_arcs import with_even_ends
 from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
@@ -40,6 +42,9 @@ def write_document(
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
     rule = road_map.rule.value if options.dialect.has_rule else None
+    if target.arc_step:
+        plain = np.array([road.junction is None for road in road_map.roads], bool)
+        road_map = replace(road_map, plan_view=with_even_ends(road_map.plan_view, plain, target.arc_step))
     how = {"as_met": target.priority_signs, "object_ids": target.object_ids}
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, **how)
     writer = RoadWriter(rule, words, furniture)
