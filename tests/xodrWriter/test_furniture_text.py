@@ -180,6 +180,20 @@ def test_crosswalks_are_where_each_reader_looks() -> None:
     }
 
 
+def test_objects_name_elements_of_osm_but_for_esmini() -> None:
+    lamp = RoadObject(9, 1, "streetLamp", "", "", 80.0, 0.0, osm_id="node/5")
+    named = {
+        name: [
+            item.get("value")
+            for item in parsed(with_object(lamp), WriteOptions(target=target)).iterfind(
+                "road/objects/object/userData[@code='osm_id']"
+            )
+        ]
+        for name, target in TARGETS.items()
+    }
+    assert named == {name: [] if name == "esmini" else ["node/5"] for name in TARGETS}
+
+
 @pytest.mark.parametrize(("target", "shift", "turn"), [("generic", 0.0, 0.0), ("carla", 7.0 / 54.0, 1.0 / 90.0)])
 def test_1_4_has_one_outline(target: str, shift: float, turn: float) -> None:
     root = parsed(furnished_crossing(), WriteOptions("1.4", target=TARGETS[target]))

@@ -48,7 +48,7 @@ def crossing(*made: LaneSection, links: tuple[SignalLink, ...], rule: Rule = Rul
     """A crossing whose first road has other lane sections, and a programme."""
     found = furnished_crossing()
     road: Road = replace(found.roads[0], lane_sections=made)
-    furniture = Furniture(programmes=(SignalProgramme(7, links, PHASES),))
+    furniture = Furniture(programmes=(SignalProgramme(7, links, PHASES, 50.0),))
     return replace(found, roads=(road, *found.roads[1:]), rule=rule, furniture=furniture)
 
 
@@ -93,11 +93,12 @@ def test_a_programme() -> None:
     logic = next(root.iterfind("tlLogic"))
     assert {str(k): str(v) for k, v in logic.items()} == {
         "id": "7",
-        "type": "actuated",
+        "type": "delay_based",
         "programID": "0",
         "offset": "0",
     }
     assert [dict(item.attrib) for item in logic] == [
+        {"key": "detectorRange", "value": "50"},
         {"duration": "40", "minDur": "5", "maxDur": "50", "state": "Gg"},
         {"duration": "3", "state": "yy"},
         {"duration": "1", "state": "rr"},

@@ -48,8 +48,10 @@ class Target:
     # Where it looks for the corners of crosswalks; in version 1.4, BOTH is written as STANDARD
     crosswalks: Crosswalks = Crosswalks.STANDARD
     # Whether connecting roads refer to the lights that govern them: CARLA needs this; SUMO does not, and takes some
-    # for lights of the next junction (measured with netconvert 1.28)
+    # for lights of the next junction (measured with netconvert 1.28); esmini does not support them, and says so
     light_references: bool = True
+    # Whether objects name their elements of OSM; esmini knows other user data of objects alone, and says so of each
+    object_ids: bool = True
     lights_for_people: bool = True  # Whether crossings have lights for people; SUMO takes them for lights for cars
     # Whether ``laneChange`` of road marks is as drivers see it. In the standard, ``increase`` and ``decrease`` mean
     # towards higher and lower lane ids (ASAM OpenDRIVE 1.8, road markings). CARLA 0.9.16 takes them for ``Right`` and
@@ -70,6 +72,9 @@ class Target:
     # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
     # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
     priority_signs: bool = False
+    # Distance of the points of polylines that it makes of arcs, from the start of each record, m; 0 if it makes none.
+    # SUMO moves such lines to the lanes (``opendrive.curve-resolution``).
+    arc_step: float = 0.0
     # Whether signal programmes are written beside the file. SUMO's netconvert would guess them: it reads no
     # controllers by default, and OpenDRIVE has no times.
     programmes: bool = False
@@ -118,7 +123,13 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
         for item in (
             Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
             Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True, marks_in_junctions=True),
-            Target("esmini", value_in_subtype=False, lane_types=(("bus", "restricted"), ("taxi", "restricted"))),
+            Target(
+                "esmini",
+                value_in_subtype=False,
+                lane_types=(("bus", "restricted"), ("taxi", "restricted")),
+                light_references=False,
+                object_ids=False,
+            ),
             Target(
                 "sumo",
                 lane_types=(("parking", "shoulder"),),
@@ -126,6 +137,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 lights_for_people=False,
                 negated_left_hand=True,
                 priority_signs=True,
+                arc_step=2.0,
                 programmes=True,
                 command="netconvert{side} --opendrive-files {path}{lights} -o {net}",
                 left_hand_option="--lefthand",

@@ -95,6 +95,7 @@ class SignalProgramme:
     junction: int  # Id
     links: tuple[SignalLink, ...]  # All of the junction
     phases: tuple[SignalPhase, ...]
+    detector_range: float = 0.0  # How far before their stop lines vehicles are detected, m; 0 where times are fixed
 
 
 @record(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Final
@@ -16,6 +17,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
+from osm2xodr.xodrWriter.even_arcs import with_even_ends
 from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
@@ -41,8 +43,11 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    as_met = target.priority_signs
-    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
+    if target.arc_step:
+        plain = np.array([road.junction is None for road in road_map.roads], bool)
+        road_map = replace(road_map, plan_view=with_even_ends(road_map.plan_view, plain, target.arc_step))
+    how = {"as_met": target.priority_signs, "object_ids": target.object_ids}
+    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, **how)
     left_hand = options.dialect.has_rule and road_map.rule is Rule.LEFT_HAND
     writer = RoadWriter(words, furniture, left_hand=left_hand, marks_in_junctions=target.marks_in_junctions)
     stream.write(_header(road_map, options).encode())

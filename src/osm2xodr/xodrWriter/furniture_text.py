@@ -29,15 +29,23 @@ class FurnitureWriter:
     """Make the text of the furniture of any road.
 
     `crosswalks` is where the reader looks for their corners; `as_met` puts signals in the order in which the traffic
-    of their direction meets them.
+    of their direction meets them; `object_ids` writes the elements of OSM that objects are made of.
     """
 
     def __init__(
-        self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks, *, as_met: bool = False
+        self,
+        road_map: RoadMap,
+        dialect: Dialect,
+        words: Words,
+        crosswalks: Crosswalks,
+        *,
+        as_met: bool = False,
+        object_ids: bool = True,
     ) -> None:
         furniture = road_map.furniture
         self._dialect = dialect
         self._crosswalks = crosswalks
+        self._object_ids = object_ids
         self._offsets = _crosswalk_offsets(road_map)
         self._words = words
         # The last sign of a direction counts for some readers.
@@ -109,7 +117,8 @@ class FurnitureWriter:
         )
         repeat = "" if item.repeat is None else _repeat(item.repeat, length)
         inner = repeat + self._outlines(item) + self._validity(item.validity)
-        return _element("object", head, inner + user_data("osm_id", item.osm_id, "    "))
+        osm_id = item.osm_id if self._object_ids else ""
+        return _element("object", head, inner + user_data("osm_id", osm_id, "    "))
 
     def _outlines(self, item: RoadObject) -> str:
         """Return the ``<outlines>`` of an object, or the older ``<outline>``, or both.

@@ -24,6 +24,8 @@ from osm2xodr.xodrWriter.words import Words
 _LEAST_WIDTH: Final = 1.8
 _SHORTEST_CUT: Final = 2.0
 _SAME_PLACE: Final = 0.1
+# Its programmes whose green ends, within limits, when no vehicle that is detected has lost time.
+_BY_DETECTORS: Final = "delay_based"
 # Types of lanes that become lanes of its network.
 _IMPORTED: Final = frozenset({"driving", "bidirectional", "restricted", "parking", "stop", "entry", "exit"})
 
@@ -38,7 +40,9 @@ def programmes_text(road_map: RoadMap, words: Words) -> str:
     for item in programmes:
         named = edges.connections(item.links)
         phases = "".join(_phase(phase, named) for phase in item.phases)
-        kind, light = ("actuated" if any(phase.range for phase in item.phases) else "static"), item.junction
+        kind, light, far = "static", item.junction, item.detector_range
+        if far:
+            kind, phases = _BY_DETECTORS, f'  <param key="detectorRange" value="{number(far)}"/>\n{phases}'
         logics.append(f' <tlLogic id="{light}" type="{kind}" programID="0" offset="0">\n{phases} </tlLogic>\n')
         ends = enumerate(named.values())
         connections += [f' <connection {text} tl="{light}" linkIndex="{k}"/>\n' for k, text in ends]

@@ -103,6 +103,11 @@ def test_ids_are_unique_and_heads_stand_on_their_roads() -> None:
     assert all(map(inside, found.lights.signals))
 
 
+def test_esmini_gets_no_references_which_it_does_not_support() -> None:
+    found = lit(with_tags(X, o=SIGNALS), crossings=crossing_at(2, 5.0, at_start=True), target="esmini")
+    assert (len(found.heads("1000002")), found.lights.references) == (2, [])
+
+
 def test_sumo_gets_no_lights_that_it_misreads() -> None:
     case = with_tags(X, o=SIGNALS)
     crossings = crossing_at(2, 5.0, at_start=True)

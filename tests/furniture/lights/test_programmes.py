@@ -85,6 +85,7 @@ def test_yellow_and_red_lie_between_stages(rule: Rule) -> None:
 def test_cars_that_only_people_stop_have_most_of_the_cycle() -> None:
     case = with_tags(ARMS, o=SIGNALS, si="highway=give_way", ni="highway=give_way")
     _, made = programme(case, Rule.RIGHT_HAND)
+    assert made.detector_range == 0.0
     assert [(item.duration, item.range) for item in made.phases] == [
         (75.0, None),
         (3.0, None),
@@ -96,6 +97,7 @@ def test_cars_that_only_people_stop_have_most_of_the_cycle() -> None:
 def test_heads_that_meet_nobody_are_green_as_well() -> None:
     """The turn lane to the right of the side street waits for nobody while the main road turns left into that."""
     _, made = programme(with_tags(CASES["pockets"].case, o=SIGNALS), Rule.RIGHT_HAND)
+    assert made.detector_range == 50.0
     assert len({item.state for item in made.phases}) > 4
     for item in made.phases:
         greens = [link for link, letter in zip(made.links, item.state, strict=True) if letter == "G"]

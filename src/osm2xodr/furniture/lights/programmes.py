@@ -2,7 +2,8 @@
 
 OpenStreetMap has none of this. In the groups of `osm2xodr.furniture.lights.phases` nobody ever meets anybody. Here
 drivers who turn across oncoming traffic yield to it within the green, as at most real lights: each stage of a
-programme is for arms of which at most such turns meet. Green lasts as long as traffic comes, within limits.
+programme is for arms of which at most such turns meet. Green lasts as long as vehicles that it lets go lose time,
+within limits.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ def junction_programmes(
             for movement in approach.movements if approach.junction == junction else ():
                 links.setdefault(_link(approach, movement), lit.get((k, movement), -1))
         states = ["".join(_NO_LIGHT if n < 0 else stage[n] for n in links.values()) for stage in green]
-        out.append(SignalProgramme(junction, tuple(links), tuple(_phases(states))))
+        detectors = defaults.DETECTOR_RANGE if len(states) > 1 else 0.0
+        out.append(SignalProgramme(junction, tuple(links), tuple(_phases(states)), detectors))
     return out
 
 
