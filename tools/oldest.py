@@ -9,7 +9,9 @@ import importlib.metadata
 import re
 
 # Linters, types, and real readers of OpenDRIVE.
-NOT_NEEDED = frozenset({"lxml-stubs", "mypy", "ruff", "scipy-stubs", "eclipse-sumo", "asam-qc-opendrive", "carla"})
+NOT_NEEDED = frozenset(
+    {"lxml-stubs", "mypy", "ruff", "scipy-stubs", "eclipse-sumo", "asam-qc-opendrive", "carla", "lanelet2"}
+)
 EXTRA = "test"
 
 

@@ -48,6 +48,16 @@ def to_geographic(
     return np.asarray(lon, np.float64), np.asarray(lat, np.float64)
 
 
+def to_utm(
+    lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike, zone: int, *, south: bool
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Project longitude and latitude (degrees, WGS 84) to easting and northing (m) of a zone of UTM."""
+    code = (32700 if south else 32600) + zone
+    lon, lat = np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
+    x, y = _transformer(WGS84, f"EPSG:{code}").transform(lon, lat)
+    return np.asarray(x, np.float64), np.asarray(y, np.float64)
+
+
 def bounds_deg(lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> tuple[float, float, float, float]:
     """Return west, south, east, north of points, degrees; east is above 180 where they lie on both sides of it."""
     lon, lat = np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)

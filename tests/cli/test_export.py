@@ -41,7 +41,7 @@ def test_formats_by_name(path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_same_file_same_bytes(path: Path) -> None:
-    for form in ("geojson", "glb", "obj"):
+    for form in ("geojson", "glb", "obj", "osm"):
         assert export(path, f"a.{form}") == 0
         assert export(path, f"a.{form}", "--overwrite") == 0
         first = (path.parent / f"a.{form}").read_bytes()
@@ -55,6 +55,7 @@ def test_same_file_same_bytes(path: Path) -> None:
         ("a.dae", [], "a.dae does not tell it"),
         ("a.glb", ["--layers", "lanes"], "--layers is for geojson alone"),
         ("a.geojson", ["--up", "y"], "--up is for obj alone"),
+        ("a.glb", ["--projector", "mgrs"], "--projector is for lanelet2 alone"),
         ("a.geojson", ["--layers", "lanes,trees"], "no 'trees'"),
         ("map.xodr", ["--format", "glb"], "is one of the inputs"),
     ],
@@ -64,6 +65,31 @@ def test_wrong_usage(
 ) -> None:
     assert export(path, target, *arguments) == 2
     assert words in capsys.readouterr().err
+
+
+def test_lanelet2_and_its_projector(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = path.parent
+    assert export(path, "plain.osm") == 0
+    said = capsys.readouterr().err
+    assert "1 lights" not in said
+    assert "wrote" in said
+    assert not (folder / "map_projector_info.yaml").exists()
+    assert export(path, "map.xml", "--to", "lanelet2", "--projector", "local") == 0
+    assert (folder / "map.xml").read_bytes() == (folder / "plain.osm").read_bytes()
+    assert (folder / "map_projector_info.yaml").read_text(encoding="utf-8") == "projector_type: Local\n"
+    assert export(path, "b.osm", "--projector", "mgrs") == 2
+    assert "map_projector_info.yaml exists" in capsys.readouterr().err
+    assert export(path, "b.osm", "--projector", "mgrs", "--overwrite") == 0
+    assert "mgrs_grid: 32UPA" in (folder / "map_projector_info.yaml").read_text(encoding="utf-8")
+
+
+def test_what_lanelet2_has_not_is_said(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = path.read_text(encoding="utf-8").replace('type="biking"', 'type="parking"')
+    path.write_text(text, encoding="utf-8")
+    assert export(path, "a.osm") == 0
+    assert "lanes that Lanelet2 has no lanelets for are left out: 1 parking" in capsys.readouterr().err
+    assert export(path, "b.osm", "-q") == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_files_are_not_overwritten_unasked(path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from osm2xodr.checking.checker import check_drive, check_file
-from osm2xodr.checking.driving import Driving, driving_of
+from osm2xodr.checking.checks import lane_index
+from osm2xodr.checking.driving import Driving, contacts_of, driving_of
 from osm2xodr.checking.findings import Count, Finding
 from osm2xodr.checking.formats import FORMATS
 from osm2xodr.checking.result import CheckOptions, CheckResult
@@ -23,5 +24,7 @@ __all__ = [
     "Severity",
     "check_drive",
     "check_file",
+    "contacts_of",
     "driving_of",
+    "lane_index",
 ]

@@ -27,11 +27,13 @@ class Driving:
     end: IntArray
 
 
-def driving_of(drive: OpenDrive) -> Driving:
-    """Return where cars can go in a file; links that lead nowhere, or against traffic, are left out."""
+def contacts_of(drive: OpenDrive) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Return all links of a file from lane to lane, whatever their types.
+
+    They are lane (a row), `End` of it, the other lane and its `End`, (n,) each, as often as the file states them;
+    links that lead nowhere are left out.
+    """
     lanes, table = lane_index(drive), drive.lanes
-    along = lanes.driving & (lanes.forward | lanes.both_ways)
-    against = lanes.driving & (~lanes.forward | lanes.both_ways)
     across = transitions(drive, lanes, Findings(drive, frozenset()))
     parts = [(across.lane_a, across.end_a, across.lane_b, across.end_b)]
     for end, ids in ((End.START, table.predecessor), (End.END, table.successor)):
@@ -40,6 +42,15 @@ def driving_of(drive: OpenDrive) -> Driving:
         row, other = row[other >= 0], other[other >= 0]
         parts.append((row, np.full(len(row), end), other, np.full(len(row), 1 - end)))
     a, end_a, b, end_b = (np.concatenate(columns).astype(np.int64) for columns in zip(*parts, strict=True))
+    return a, end_a, b, end_b
+
+
+def driving_of(drive: OpenDrive) -> Driving:
+    """Return where cars can go in a file; links that lead nowhere, or against traffic, are left out."""
+    lanes = lane_index(drive)
+    along = lanes.driving & (lanes.forward | lanes.both_ways)
+    against = lanes.driving & (~lanes.forward | lanes.both_ways)
+    a, end_a, b, end_b = contacts_of(drive)
     # Each link is a step for the traffic of either direction.
     one, other = np.concatenate((a, b)), np.concatenate((b, a))
     leaves_back = np.concatenate((end_a, end_b)) == End.START

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from osm2xodr.errors import InputError
+from osm2xodr.exporting.outlines import outline_points
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import (
     ABSENT,
@@ -22,7 +23,6 @@ from osm2xodr.opendrive import (
     Stations,
     frame_of,
     lane_ribbons,
-    pose,
     sample_roads,
     surface_points,
 )
@@ -179,7 +179,7 @@ def _objects(file: OpenDrive, frame: Frame) -> Iterator[str]:
     yield from _points(file, frame, "objects", [item for item in others if not item.outlines])
     for item in others:
         for corners, local in zip(item.outlines, item.local_outlines, strict=True):
-            x, y, z = _outline(file, item, np.array(corners), local)
+            x, y, z = outline_points(file, item, np.array(corners), local)
             # Rings run counter-clockwise: their signed area is positive.
             turned = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0
             texts = _coordinates(frame, *(values[::-1] if turned else values for values in (x, y, z)))
@@ -199,20 +199,6 @@ def _points(file: OpenDrive, frame: Frame, layer: str, items: list[Furniture]) -
 def _properties(file: OpenDrive, item: Furniture) -> dict[str, Any]:
     """Return the properties of furniture; its own attributes do not hide the road and the kind."""
     return {**item.attributes, "kind": item.kind, "road": file.roads.id[item.road]}
-
-
-def _outline(
-    file: OpenDrive, item: Furniture, corners: FloatArray, local: bool
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the corners of an outline in space, (n,) each; (u, v, z) turn with the object, (s, t, dz) do not."""
-    road = np.full(len(corners), item.road)
-    if not local:
-        return surface_points(file, road, corners[:, 0], corners[:, 1], corners[:, 2])
-    one, at = road[:1], np.array([item.s])
-    x, y, z = surface_points(file, one, at, np.array([item.t]), 0.0 if math.isnan(item.z_offset) else item.z_offset)
-    turn = pose(file, one, at)[2] + (0.0 if math.isnan(item.hdg) else item.hdg)
-    u, v, up, _ = corners.T
-    return x + np.cos(turn) * u - np.sin(turn) * v, y + np.sin(turn) * u + np.cos(turn) * v, z + up
 
 
 def _number(value: float) -> float | None:

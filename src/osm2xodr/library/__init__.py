@@ -9,15 +9,19 @@ from osm2xodr.system import lazy_exports
 if TYPE_CHECKING:
     from osm2xodr.library.converting import convert as convert, pipeline_options as pipeline_options
     from osm2xodr.library.corrections import read_corrections as read_corrections
-    from osm2xodr.library.files import (
+    from osm2xodr.library.exports import (
         EXPORT_FORMATS as EXPORT_FORMATS,
         EXPORT_LAYERS as EXPORT_LAYERS,
-        PICTURE_FORMATS as PICTURE_FORMATS,
-        RENDER_WIDTH_LEAST as RENDER_WIDTH_LEAST,
-        check as check,
+        EXPORT_PROJECTORS as EXPORT_PROJECTORS,
         export as export,
         export_format as export_format,
         materials_file as materials_file,
+        projector_file as projector_file,
+    )
+    from osm2xodr.library.files import (
+        PICTURE_FORMATS as PICTURE_FORMATS,
+        RENDER_WIDTH_LEAST as RENDER_WIDTH_LEAST,
+        check as check,
         read as read,
         render as render,
         report as report,
@@ -35,15 +39,19 @@ __getattr__ = lazy_exports(
         "maps": ("AreaMap", "area_map"),
         "converting": ("convert", "pipeline_options"),
         "corrections": ("read_corrections",),
-        "files": (
+        "exports": (
             "EXPORT_FORMATS",
             "EXPORT_LAYERS",
-            "PICTURE_FORMATS",
-            "RENDER_WIDTH_LEAST",
-            "check",
+            "EXPORT_PROJECTORS",
             "export",
             "export_format",
             "materials_file",
+            "projector_file",
+        ),
+        "files": (
+            "PICTURE_FORMATS",
+            "RENDER_WIDTH_LEAST",
+            "check",
             "read",
             "render",
             "report",

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Union
 
-from osm2xodr import __version__
-from osm2xodr.defaults import CHECK_FINDINGS, RENDER_WIDTH, RENDER_WIDTH_MOST, SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.defaults import CHECK_FINDINGS, RENDER_WIDTH, RENDER_WIDTH_MOST
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.library.options import paths, refused
 from osm2xodr.reporting import Written
 from osm2xodr.surface import expand
-from osm2xodr.system import STANDARD_OUTPUT, stream_to
+from osm2xodr.system import STANDARD_OUTPUT
 from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
 
 if TYPE_CHECKING:
@@ -29,10 +27,6 @@ Box = tuple[float, float, float, float]
 # The narrowest picture, pixels, in which its legend has room.
 RENDER_WIDTH_LEAST: Final = 200
 PICTURE_FORMATS: Final = ("svg", "png")
-EXPORT_FORMATS: Final = ("geojson", "obj", "glb")
-# `osm2xodr.exporting.LAYERS`, which is too slow to load for --help; a test holds them equal.
-EXPORT_LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
-_EXPORT_SUFFIXES: Final = {".geojson": "geojson", ".json": "geojson", ".obj": "obj", ".glb": "glb"}
 
 
 def read(file: AnyPath) -> OpenDrive:
@@ -103,14 +97,14 @@ def check(
     options = CheckOptions(schema=None if schema is None else Path(schema))
     if readers is not None:
         with refused("readers"):
-            options = replace(options, readers=_names(readers))
+            options = replace(options, readers=names_of(readers))
     with refused("only"):
-        options = replace(options, only=_names(only))
+        options = replace(options, only=names_of(only))
     with refused("ignore"):
-        options = replace(options, ignore=_names(ignore))
+        options = replace(options, ignore=names_of(ignore))
     with refused("max_findings"):
         options = replace(options, most=max_findings)
-    return check_drive(_drive(file), options)
+    return check_drive(drive_of(file), options)
 
 
 def report(
@@ -167,7 +161,7 @@ def report(
         None if osm is None else Path(osm), expand(paths(dem)), log, title, check, dem_crs, dem_unit
     )
     diagnostics = Diagnostics()
-    size = write_report(_drive(file), Path(output), options, diagnostics)
+    size = write_report(drive_of(file), Path(output), options, diagnostics)
     return Written(Path(output), size, diagnostics)
 
 
@@ -217,7 +211,7 @@ def render(
     if bbox is not None and bbox_xy is not None:
         raise OptionError("bbox and bbox_xy exclude each other; give one of them", "bbox", "bbox_xy")
     kind = _picture_format(Path(output), format)
-    _choose("color", color, PICTURE_COLOURS)
+    choose("color", color, PICTURE_COLOURS)
     if not RENDER_WIDTH_LEAST <= width <= RENDER_WIDTH_MOST:
         bounds = f"{RENDER_WIDTH_LEAST} to {RENDER_WIDTH_MOST:,} pixels"
         raise OptionError(f"width: {width} cannot be; give {bounds}", "width")
@@ -225,108 +219,11 @@ def render(
     box_xy = None if bbox_xy is None else read_box("bbox_xy", bbox_xy, "metres")
     from osm2xodr.viewing import box_of_degrees, write_picture
 
-    drive = _drive(file)
+    drive = drive_of(file)
     if box is not None:
         box_xy = box_of_degrees(drive, box)
     size = write_picture(drive, Path(output), PictureOptions(box_xy, width, color), kind)
     return Written(Path(output), size, Diagnostics())
-
-
-def export(
-    file: AnyPath | OpenDrive,
-    output: AnyPath,
-    *,
-    format: str | None = None,
-    layers: str | Iterable[str] | None = None,
-    up: str | None = None,
-    tolerance: float = SAMPLE_TOLERANCE,
-    step: float = SAMPLE_STEP,
-) -> tuple[Path, ...]:
-    """Write the roads of an OpenDRIVE file for programs that show maps (GeoJSON) and scenes (OBJ, glTF).
-
-    Parameters
-    ----------
-    file
-        The file, or what `read` returned.
-    output
-        File to write; ``-`` is standard output. One that exists is replaced.
-    format
-        ``geojson``, ``obj`` or ``glb``; by default what the name of `output` ends in.
-    layers
-        What GeoJSON has: ``roads``, ``lanes``, ``junctions``, ``signals``, ``objects``. By default all of them.
-    up
-        Axis that points up in OBJ, ``z`` or ``y``; by default z.
-    tolerance
-        How far straight pieces may lie from curves, m.
-    step
-        Longest straight piece, m.
-
-    Returns
-    -------
-    tuple of Path
-        The files: OBJ comes with one of materials, of the same name with the ending .mtl.
-
-    Raises
-    ------
-    OptionError
-        An option has a value that cannot be, or that the format has no use for.
-    InputError
-        The file cannot be read, or does not say where it is on Earth, or has no lane with a surface.
-    OutputError
-        A file cannot be written.
-    """
-    target = Path(output)
-    form = export_format(target, format)
-    for option, value, needed in (("layers", layers, "geojson"), ("up", up, "obj")):
-        if value is not None and form != needed:
-            raise OptionError(f"{option} is for {needed} alone; leave it out", option)
-    names = EXPORT_LAYERS if layers is None else _names(layers)
-    for name in names:
-        if name not in EXPORT_LAYERS:
-            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
-    if up is not None:
-        _choose("up", up, ("z", "y"))
-    for option, length in (("tolerance", tolerance), ("step", step)):
-        if not 0.0 < length < math.inf:
-            raise OptionError(f"{option}: {length} m is not above 0", option)
-    from osm2xodr import exporting
-
-    drive = _drive(file)
-    if form == "geojson":
-        with stream_to(target) as stream:
-            # In the order in which they are written.
-            chosen = tuple(name for name in EXPORT_LAYERS if name in names)
-            exporting.write_geojson(drive, stream, tolerance, step, chosen)
-        return (target,)
-    mesh = exporting.road_mesh(drive, tolerance, step)
-    materials = materials_file(target, form)
-    with stream_to(target) as stream:
-        if form == "glb":
-            exporting.write_glb(mesh, drive.header, stream, __version__)
-        else:
-            exporting.write_obj(mesh, stream, materials.name if materials else None, y_up=up == "y")
-            if materials is not None:
-                with stream_to(materials) as colours:
-                    colours.write(exporting.material_library(mesh))
-    return (target,) if materials is None else (target, materials)
-
-
-def export_format(output: Path, given: str | None) -> str:
-    """Return the format of an export: the one that was given, or that its file is named after."""
-    if given is not None:
-        return _choose("format", given, EXPORT_FORMATS)
-    form = _EXPORT_SUFFIXES.get(output.suffix.lower())
-    if form is None:
-        raise OptionError(
-            f"format: {output} does not tell it; end the name in .geojson, .obj or .glb, or give this option",
-            "format",
-        )
-    return form
-
-
-def materials_file(output: Path, form: str) -> Path | None:
-    """Return the file of materials that comes with an export; None where there is none."""
-    return output.with_suffix(".mtl") if form == "obj" and output != STANDARD_OUTPUT else None
 
 
 def read_box(option: str, box: str | Sequence[float], unit: str) -> Box:
@@ -343,17 +240,19 @@ def read_box(option: str, box: str | Sequence[float], unit: str) -> Box:
     return west, south, east, north
 
 
-def _drive(file: AnyPath | OpenDrive) -> OpenDrive:
+def drive_of(file: AnyPath | OpenDrive) -> OpenDrive:
+    """Return a file that was read already, or read it."""
     return read(file) if isinstance(file, (str, os.PathLike)) else file
 
 
-def _names(given: str | Iterable[str]) -> tuple[str, ...]:
+def names_of(given: str | Iterable[str]) -> tuple[str, ...]:
     """Return names, each once, that were given as text with commas or one by one."""
     words = given.split(",") if isinstance(given, str) else given
     return tuple(dict.fromkeys(word.strip() for word in words if word.strip()))
 
 
-def _choose(option: str, value: str, choices: Collection[str]) -> str:
+def choose(option: str, value: str, choices: Collection[str]) -> str:
+    """Return the value of an option; `OptionError` if it is none of its choices."""
     if value not in choices:
         raise OptionError(f"{option}: {value!r} is unknown; choose from {', '.join(choices)}", option)
     return value
@@ -362,7 +261,7 @@ def _choose(option: str, value: str, choices: Collection[str]) -> str:
 def _picture_format(output: Path, given: str | None) -> str:
     """Return the format of a picture: the one that was given, or that its file is named after."""
     if given is not None:
-        return _choose("format", given, PICTURE_FORMATS)
+        return choose("format", given, PICTURE_FORMATS)
     form = output.suffix.lower().removeprefix(".")
     if form in PICTURE_FORMATS:
         return form

@@ -131,6 +131,17 @@ class SectionTable(_Frozen):
 
 
 @dataclass(frozen=True, eq=False)
+class MarkTable(_Frozen):
+    """``<roadMark>`` elements of all lanes, in the order of the file."""
+
+    start: IntArray  # (lanes + 1,)
+    s: FloatArray  # (marks,) Local to the section; 0 where it is missing
+    # Texts as written; empty where they are missing
+    type: tuple[str, ...]
+    lane_change: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class LaneTable(_Frozen):
     """``<lane>`` elements of all sections, with the centre lanes, from left to right: the highest id first."""
 
@@ -149,6 +160,7 @@ class LaneTable(_Frozen):
     # Type and colour of the first road mark of each lane; empty without one
     mark: tuple[str, ...]
     mark_color: tuple[str, ...]
+    marks: MarkTable  # All road marks
     line: IntArray  # (lanes,)
     # As written in 1.8 (``standard``, ``reversed``, ``both``); empty where it is missing
     direction: tuple[str, ...] = ()

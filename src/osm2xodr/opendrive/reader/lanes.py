@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from itertools import pairwise
+from sys import intern
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
 from osm2xodr.opendrive.reader.records import Records
 from osm2xodr.opendrive.reader.values import NAN, Values
-from osm2xodr.opendrive.tables import ABSENT, LaneTable, Misfit, SectionTable
+from osm2xodr.opendrive.tables import ABSENT, LaneTable, MarkTable, Misfit, SectionTable
 
 _CUBIC: Final = ("sOffset", "a", "b", "c", "d")
 _SIDES: Final = ("left", "center", "right")
@@ -34,6 +35,10 @@ class LaneReader:
         self._heights = array("d")
         # Type, road mark, its colour, and direction of each lane.
         self._texts: tuple[list[str], list[str], list[str], list[str]] = ([], [], [], [])
+        self._mark_start = array("q", [0])
+        self._mark_s = array("d")
+        # Type and lane change of each road mark.
+        self._mark_texts: tuple[list[str], list[str]] = ([], [])
         self._width = Records("width", 5)
         self._border = Records("border", 5)
 
@@ -98,6 +103,7 @@ class LaneReader:
             elif tag == "roadMark":
                 if mark is None:
                     mark, color = values.text(child, "type"), child.get("color")
+                self._mark(child)
             elif tag == "border":
                 self._border.add(values.row(child, _CUBIC), child.line)
             elif tag == "speed":
@@ -108,6 +114,7 @@ class LaneReader:
                     height = values.row(child, ("inner", "outer"))
             else:
                 values.check_known(child, node, _UNREAD)
+        self._mark_start.append(len(self._mark_s))
         self._width.close()
         self._border.close()
         self._rows.extend((number, *links, node.line))
@@ -116,6 +123,12 @@ class LaneReader:
         texts = (values.text(node, "type"), mark or "", color, node.get("direction"))
         for words, text in zip(self._texts, texts, strict=True):
             words.append(text)
+
+    def _mark(self, node: Node) -> None:
+        """Read a road mark."""
+        self._mark_s.append(self._values.optional(node, "sOffset", 0.0))
+        for words, name in zip(self._mark_texts, ("type", "laneChange"), strict=True):
+            words.append(intern(node.get(name)))
 
     def _links(self, node: Node) -> tuple[int, int]:
         """Return a lane's first predecessor and successor."""
@@ -126,6 +139,11 @@ class LaneReader:
             elif found[child.tag] == ABSENT:
                 found[child.tag] = self._values.lane_id(child)
         return found["predecessor"], found["successor"]
+
+    def _marks(self) -> MarkTable:
+        """Return the road marks of all lanes."""
+        kinds, changes = map(tuple, self._mark_texts)
+        return MarkTable(np.array(self._mark_start, np.int64), np.array(self._mark_s, np.float64), kinds, changes)
 
     def tables(self, lengths: FloatArray) -> tuple[SectionTable, LaneTable, dict[str, IntArray], list[Misfit]]:
         """Return sections, lanes, the lines of widths and borders, and reports of those out of order.
@@ -158,6 +176,7 @@ class LaneReader:
             speed=np.array(self._speeds, np.float64),
             mark=marks,
             mark_color=colors,
+            marks=self._marks(),
             line=numbers[:, 3].copy(),
             direction=directions,
         )

@@ -39,14 +39,19 @@ class Stations:
     roll: FloatArray
 
 
-def sample_roads(file: OpenDrive, tolerance: float = SAMPLE_TOLERANCE, step: float = SAMPLE_STEP) -> Stations:
+def sample_roads(
+    file: OpenDrive,
+    tolerance: float = SAMPLE_TOLERANCE,
+    step: float = SAMPLE_STEP,
+    more: tuple[IntArray, FloatArray] | None = None,
+) -> Stations:
     """Sample all roads at once.
 
-    Stations are the ends of roads, every start of a record or lane section, and so many places between that the
-    chords of reference lines, lane borders and heights lie within `tolerance`, m, of the curves and none is longer
-    than `step`, m.
+    Stations are the ends of roads, every start of a record or lane section, `more` places (roads and s, (n,) each),
+    and so many places between that the chords of reference lines, lane borders and heights lie within `tolerance`,
+    m, of the curves and none is longer than `step`, m.
     """
-    road, s = _breaks(file)
+    road, s = _breaks(file, more)
     piece = np.flatnonzero(road[1:] == road[:-1])
     low, high = s[piece], s[piece + 1]
     count = _chords(file, road[piece], low, high, tolerance, step)
@@ -62,8 +67,8 @@ def sample_roads(file: OpenDrive, tolerance: float = SAMPLE_TOLERANCE, step: flo
     return Stations(start, owner, at, x, y, z, hdg, roll)
 
 
-def _breaks(file: OpenDrive) -> tuple[IntArray, FloatArray]:
-    """Return roads and s of all places where a record begins or a road ends, in order."""
+def _breaks(file: OpenDrive, more: tuple[IntArray, FloatArray] | None) -> tuple[IntArray, FloatArray]:
+    """Return roads and s of all places where a record begins or a road ends, and of `more` places, in order."""
     roads = np.arange(len(file.roads.id))
     length = file.roads.length
     sections = file.sections
@@ -79,6 +84,7 @@ def _breaks(file: OpenDrive) -> tuple[IntArray, FloatArray]:
             for profile in (file.lanes.width, file.lanes.border)
             for owner in [owners(profile.start)]
         ),
+        *([] if more is None else [more]),
     ]
     road = np.concatenate([table[0] for table in tables])
     s = np.concatenate([table[1] for table in tables])

@@ -1,0 +1,187 @@
+"""Lights, signs, stop lines and crosswalks: as lines and lanelets, and the regulatory elements that they make."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.defaults import SIGN_REACH
+from osm2xodr.exporting.lanelet2.crosswalks import add_crosswalk
+from osm2xodr.exporting.lanelet2.defaults import BODY_WIDTH, LIGHT_HEIGHT, SIGN_HEIGHT
+from osm2xodr.exporting.lanelet2.lanelets import Placed
+from osm2xodr.exporting.lanelet2.primitives import Primitives
+from osm2xodr.exporting.lanelet2.words import LANELETS, TURNING, sign_type
+from osm2xodr.model import FloatArray
+from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
+
+# Lights that hold for walkers or cyclists alone, of OpenDRIVE's own catalogue (ASAM OpenDRIVE 1.8, signal types).
+_NOT_FOR_CARS: Final = frozenset({"1000002", "1000007", "1000013"})
+_STOP_LINES: Final = {"stopline": "solid", "givewayline": "dashed", "yieldline": "dashed"}
+# The type of stop lines that stand in a file as signals (Germany's code for the mark).
+_STOP_LINE_SIGNAL: Final = "294"
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A stop line: its place, whose traffic it holds for, and the number of its way."""
+
+    s: float
+    forward: bool | None  # Whether for traffic along s or against it; None where the file does not say
+    lanes: frozenset[int]  # Empty for all
+    way: int
+
+
+class FurnitureMaker:
+    """Adds what furniture becomes."""
+
+    def __init__(self, placed: Placed, primitives: Primitives) -> None:
+        self._placed, self._primitives = placed, primitives
+        self._file: OpenDrive = placed.cut.file
+        self._lines: dict[int, list[_Line]] = defaultdict(list)
+        self.left_out: dict[str, int] = defaultdict(int)
+
+    def add(self) -> None:
+        """Add everything."""
+        signals: dict[str, Furniture] = {}
+        for item in self._file.furniture:
+            if item.kind == "object" and item.attributes.get("type") == "crosswalk":
+                self._count("crosswalks", add_crosswalk(self._placed, self._primitives, item))
+            elif item.kind == "object":
+                self._stop_line(item)
+            elif item.kind == "signal":
+                signals.setdefault(item.attributes.get("id", ""), item)
+        references: dict[str, list[Furniture]] = defaultdict(list)
+        for item in self._file.furniture:
+            if item.kind == "signalReference":
+                references[item.attributes.get("id", "")].append(item)
+        for item in self._file.furniture:
+            if item.kind == "signal":
+                name = item.attributes.get("id", "")
+                more = references[name] if signals[name] is item else []
+                self._signal(item, [item, *more])
+
+    def lines_before(self, road: int, s: float, *, forward: bool, lane: int) -> list[int]:
+        """Return the way of the nearest stop line on a road for a lane's traffic, as a list of at most one."""
+        fit = [
+            line
+            for line in self._lines.get(road, ())
+            if line.forward in (None, forward) and (not line.lanes or lane in line.lanes)
+        ]
+        near = [line for line in fit if abs(line.s - s) <= SIGN_REACH]
+        return [min(near, key=lambda line: abs(line.s - s)).way] if near else []
+
+    def _count(self, what: str, added: bool) -> None:
+        if not added:
+            self.left_out[what] += 1
+
+    def _stop_line(self, item: Furniture) -> None:
+        """Add an object if it is a stop line."""
+        words = (item.attributes.get("subtype", ""), item.attributes.get("name", ""))
+        kinds = [_STOP_LINES[word] for text in words if (word := text.lower().replace(" ", "")) in _STOP_LINES]
+        if kinds and math.isfinite(item.s + item.t):
+            half = item.width / 2 if item.width > 0 else 0.0
+            ends = (item.t + half, item.t - half) if half else self._across(item)
+            if ends is not None:
+                way = self._across_line(item.road, item.s, ends, kinds[0])
+                self._lines[item.road].append(_Line(item.s, _forward(item), frozenset(_lanes(item)), way))
+
+    def _across(self, item: Furniture) -> tuple[float, float] | None:
+        """Return the t of the outer ends of the lanes that furniture holds for; None where it holds for none."""
+        strip, numbers = self._affected(item)
+        if strip is None or not numbers:
+            return None
+        cut = self._placed.cut
+        line = cut.strips[strip]
+        borders = [lane.left + k for lane in line.words.lanes if lane.id in numbers for k in (0, 1)]
+        section = line.pieces[0][0]
+        t = []
+        for border in (min(borders), max(borders)):
+            rows = slice(*cut.ribbons.start[cut.border_start[section] + border + np.array([0, 1])])
+            s = cut.stations.s[cut.ribbons.station[rows]]
+            t.append(float(np.interp(item.s, s, cut.ribbons.t[rows])))
+        return t[0], t[1]
+
+    def _across_line(self, road: int, s: float, ends: tuple[float, float], subtype: str) -> int:
+        """Add a stop line across a road and return its number."""
+        points = surface_points(self._file, np.array([road, road]), np.array([s, s]), np.array(ends))
+        nodes = self._primitives.add_points(np.column_stack(points))
+        return self._primitives.add_line(nodes, {"type": "stop_line", "subtype": subtype})
+
+    def _affected(self, item: Furniture) -> tuple[int | None, dict[int, int]]:
+        """Return the strip that furniture stands at, and the lanelets for cars that it holds for, by lane."""
+        forward = _forward(item)
+        strip = self._placed.nearest(item.road, item.s, along=forward is not False)
+        if strip is None:
+            return None, {}
+        numbers = self._placed.by_strip[strip]
+        wanted = _lanes(item)
+        return strip, {
+            lane.id: numbers[lane.id]
+            for lane in self._placed.cut.strips[strip].words.lanes
+            if LANELETS[lane.kind][0] in TURNING
+            and (not wanted or lane.id in wanted)
+            and (forward is None or lane.direction in (0, 1 if forward else -1))
+        }
+
+    def _signal(self, item: Furniture, places: list[Furniture]) -> None:
+        """Add a light or sign with its regulatory element; `places` are it and the references to it."""
+        kind, light = item.attributes.get("type", ""), item.attributes.get("dynamic") == "yes"
+        what = "signs" if not light else "lights for walkers and cyclists" if kind in _NOT_FOR_CARS else "lights"
+        affected = [(place, *self._affected(place)) for place in places]
+        lanelets = sorted({number for _, _, found in affected for number in found.values()})
+        usable = math.isfinite(item.s + item.t) and kind not in ("", "-1", "none", _STOP_LINE_SIGNAL)
+        if not lanelets or not usable or kind in _NOT_FOR_CARS:
+            self.left_out[what] += 1
+            return
+        place, _, found = next(entry for entry in affected if entry[2])
+        lines = self._lines_for(place, found, light=light)
+        tags = {"type": "traffic_light", "subtype": "red_yellow_green"}
+        if not light:
+            words = (item.attributes.get(name, "") for name in ("country", "type", "subtype"))
+            tags = {"type": "traffic_sign", "subtype": sign_type(*words)}
+        body = self._body(item, tags, LIGHT_HEIGHT if light else SIGN_HEIGHT)
+        members = [("refers", "way", body), *(("ref_line", "way", line) for line in lines)]
+        self._primitives.add_rule(members, {"type": "regulatory_element", "subtype": tags["type"]}, lanelets)
+
+    def _lines_for(self, item: Furniture, lanelets: dict[int, int], *, light: bool) -> list[int]:
+        """Return the stop line that goes with a light or sign; lights without one get one where they stand."""
+        strip, _ = self._affected(item)
+        assert strip is not None
+        for lane in self._placed.cut.strips[strip].words.lanes:
+            if lane.id in lanelets:
+                found = self.lines_before(item.road, item.s, forward=lane.direction >= 0, lane=lane.id)
+                if found:
+                    return found
+        ends = self._across(item) if light else None
+        if ends is None:
+            return []
+        way = self._across_line(item.road, item.s, ends, "solid")
+        self._lines[item.road].append(_Line(item.s, _forward(item), frozenset(lanelets), way))
+        return [way]
+
+    def _body(self, item: Furniture, tags: dict[str, str], height: float) -> int:
+        """Add the lower edge of a light or sign, from left to right as drivers see it, and return its number."""
+        road, s = np.array([item.road]), np.array([item.s])
+        z = 0.0 if math.isnan(item.z_offset) else item.z_offset
+        middle = np.concatenate(surface_points(self._file, road, s, np.array([item.t]), z))
+        facing = float(pose(self._file, road, s)[2][0]) + (0.0 if math.isnan(item.hdg) else item.hdg)
+        facing += math.pi if _forward(item) is False else 0.0
+        half = 0.5 * (item.width if item.width > 0 else BODY_WIDTH)
+        right = half * np.array([math.sin(facing), -math.cos(facing), 0.0])
+        points: FloatArray = np.array([middle - right, middle + right])
+        size = item.height if item.height > 0 else height
+        return self._primitives.add_line(self._primitives.add_points(points), {**tags, "height": f"{size:g}"})
+
+
+def _forward(item: Furniture) -> bool | None:
+    """Return whether furniture holds for traffic along s, or against it; None for both."""
+    return {"+": True, "-": False}.get(item.attributes.get("orientation", ""))
+
+
+def _lanes(item: Furniture) -> set[int]:
+    """Return the lanes that furniture holds for; none where it holds for all."""
+    return {lane for a, b in item.validity for lane in range(max(min(a, b), -99), min(max(a, b), 99) + 1)}
