@@ -100,8 +100,8 @@ def test_without_elevation_model_the_world_is_flat_and_that_is_said(
     area: Path, out: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert convert(area, "-o", out) == 0
-    records = list(etree.parse(out).iter("elevation"))
-    assert {item.get(key) for item in records for key in "abcd"} == {"0"}
+    # Without a profile roads lie at height 0.
+    assert list(etree.parse(out).iter("elevationProfile")) == []
     assert "flat at height 0" in capsys.readouterr().err
 
 
@@ -164,7 +164,8 @@ def test_options_reach_the_stages(area: Path, out: Path) -> None:
 
 def test_the_country_decides_on_which_side_traffic_drives(area: Path, out: Path) -> None:
     assert convert(area, "-o", out, "-q") == 0
-    assert {road.get("rule") for road in etree.parse(out).iter("road")} == {"RHT"}
+    # Right-hand traffic is the default.
+    assert {road.get("rule") for road in etree.parse(out).iter("road")} == {None}
     london = write_area(out.parent, OSM.replace('lat="42.', 'lat="51.').replace('lon="1.57', 'lon="-0.12'), "gb.osm")
     assert convert(london, "-o", out, "-q", "--overwrite") == 0
     assert {road.get("rule") for road in etree.parse(out).iter("road")} == {"LHT"}

@@ -97,7 +97,7 @@ def test_copies_of_a_killed_process_end() -> None:
         "import time, sys\n"
         "from osm2xodr.system.parallel import Task\n"
         "task = Task(lambda: time.sleep(60), apart=True)\n"
-        "print(task._process.pid, flush=True)\n"
+        "print(task._copy._process.pid, flush=True)\n"
         "task.result()\n"
     )
     process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
