@@ -19,11 +19,11 @@ def one_record(length: float, curvature: float, rate: float = 0.0) -> PlanView:
 @pytest.mark.parametrize(
     ("length", "pieces"),
     [
-        (4.5, [2.0, 1.25, 1.25]),
-        (2.5, [1.25, 1.25]),
+        (4.25, [2.0, 1.125, 1.125]),
+        (2.25, [1.125, 1.125]),
         (20.25, [18.0, 1.125, 1.125]),
         # The rest is long enough, or there is none, or one step is all there is.
-        (5.5, [5.5]),
+        (4.5, [4.5]),
         (6.0, [6.0]),
         (1.5, [1.5]),
     ],
@@ -42,4 +42,4 @@ def test_the_last_two_steps_are_equal(length: float, pieces: list[float]) -> Non
 
 @pytest.mark.parametrize(("curvature", "rate", "chosen"), [(0.0, 0.0, True), (0.0, 0.01, True), (0.1, 0.0, False)])
 def test_lines_spirals_and_other_curves_stay(curvature: float, rate: float, chosen: bool) -> None:
-    assert len(with_even_ends(one_record(4.5, curvature, rate), np.array([chosen]), 2.0).s) == 1
+    assert len(with_even_ends(one_record(4.25, curvature, rate), np.array([chosen]), 2.0).s) == 1

@@ -14,7 +14,7 @@ from osm2xodr.curves import advance, owners, ranks
 from osm2xodr.model import BoolArray, PlanView
 
 # Shorter rests, as a share of the step, are made equal to the step before them. A choice.
-_SHORT_REST: Final = 0.5
+_SHORT_REST: Final = 0.25
 # Share of a step that counts as a rounding error.
 _ROUNDING: Final = 1e-9
 
