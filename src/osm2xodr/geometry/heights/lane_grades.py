@@ -70,8 +70,11 @@ def _felt_steps(problem: ProfileProblem, elevation: CubicProfile) -> _Steps:
         shorter = [1.0 / np.maximum(1.0 - k * t, _LEAST_LENGTH_SHARE) for k in (before, after)]
         step = np.maximum(step, np.abs(grade * (shorter[1] - shorter[0])))
     posted = span_speeds(problem)[span]
-    speed = fastest_around(plan, road, s, posted)
-    felt = step * speed**2 / WHEELBASE > defaults.VERTICAL_ACCELERATION_MAX
+    least = defaults.VERTICAL_ACCELERATION_MAX * WHEELBASE
+    felt: BoolArray = step * posted**2 > least
+    # Bends only make cars slower.
+    at = np.flatnonzero(felt)
+    felt[at] = step[at] * fastest_around(plan, road[at], s[at], posted[at]) ** 2 > least
     reach = np.minimum(_REACH, np.minimum(s, length[road] - s))
     if problem.pins is not None:
         for pin_road, pin_s in zip(problem.pins.road.tolist(), problem.pins.s.tolist(), strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.geometry.heights.connectors.easing import _largest_acceleration, _smoothest, ease_profiles
+from osm2xodr.geometry.heights.connectors.easing import _smoothest, ease_profiles, largest_acceleration
 from osm2xodr.geometry.heights.defaults import VERTICAL_ACCELERATION_MAX
 from osm2xodr.model import FloatArray
 
@@ -31,10 +31,10 @@ def test_sharp_profiles_are_eased_as_far_as_they_need_and_keep_their_ends() -> N
     z, grade = bump(0.08)
     z, grade = z + 0.02 * S, grade + 0.02
     speed = np.full(17, 12.0)
-    before = _largest_acceleration(START, S, speed, z, grade)
+    before = largest_acceleration(START, S, speed, z, grade)
     eased = ease_profiles(START, S, speed, z, grade, 0.3)
     assert before[0] > VERTICAL_ACCELERATION_MAX
-    assert _largest_acceleration(START, S, speed, *eased)[0] <= VERTICAL_ACCELERATION_MAX
+    assert largest_acceleration(START, S, speed, *eased)[0] <= VERTICAL_ACCELERATION_MAX
     for old, new in zip((z, grade), eased, strict=True):
         assert new[[0, -1]] == pytest.approx(old[[0, -1]], abs=1e-12)
     # It still shows some of the surface: not all of the way is gone.
@@ -55,7 +55,7 @@ def test_smoothest_profile_bends_where_cars_are_slow(g0: float, g1: float, rise:
     z[-1], grade[0], grade[-1] = rise, g0, g1
     speed = np.where(S < 8.0, 20.0, 6.0)
     plain, slow = (
-        _largest_acceleration(START, S, speed, *_smoothest(START, S, v, z, grade)) for v in (0 * S + 9, speed)
+        largest_acceleration(START, S, speed, *_smoothest(START, S, v, z, grade)) for v in (0 * S + 9, speed)
     )
     assert slow[0] <= plain[0] + 1e-9
 

@@ -35,8 +35,10 @@ def ease_profiles(
     steepest
         Grade above which no curve is changed to be steeper than it was.
     """
+    if len(start) == 1:
+        return z, grade
     curve = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    felt = _largest_acceleration(start, s, speed, z, grade)
+    felt = largest_acceleration(start, s, speed, z, grade)
     rough = felt > defaults.VERTICAL_ACCELERATION_MAX
     if not rough.any():
         return z, grade
@@ -46,7 +48,7 @@ def ease_profiles(
     left = rough & (np.maximum.reduceat(np.abs(smooth_grade), start[:-1]) <= np.maximum(largest, steepest))
     for part in _SHARES:
         tried = [value + part * (smooth - value) for value, smooth in ((z, smooth_z), (grade, smooth_grade))]
-        now = _largest_acceleration(start, s, speed, tried[0], tried[1])
+        now = largest_acceleration(start, s, speed, tried[0], tried[1])
         better = left & (now < felt)
         share[better], felt[better] = part, now[better]
         left &= felt > defaults.VERTICAL_ACCELERATION_MAX
@@ -54,7 +56,7 @@ def ease_profiles(
     return z + at * (smooth_z - z), grade + at * (smooth_grade - grade)
 
 
-def _largest_acceleration(
+def largest_acceleration(
     start: IntArray, s: FloatArray, speed: FloatArray, z: FloatArray, grade: FloatArray
 ) -> FloatArray:
     """Return the largest v² |z''| of each curve's cubics between samples, m/s²."""

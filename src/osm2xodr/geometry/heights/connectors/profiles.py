@@ -14,7 +14,7 @@ import numpy as np
 from osm2xodr.curves import end_curvature, lengths, pose, profile_of
 from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.connectors.easing import ease_profiles
+from osm2xodr.geometry.heights.connectors.easing import ease_profiles, largest_acceleration
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
@@ -148,10 +148,23 @@ def _fit_elevation(
     tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
-    posted = _posted_speeds(problem, connectors)[along.curve]
-    speed = fastest_around(connectors.plan_view, along.curve, along.s, posted)
-    z, grade = ease_profiles(along.start, along.s, speed, z, grade, CONNECTOR_STEEP)
+    _ease(along, problem, connectors, z, grade)
     return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
+
+
+def _ease(
+    along: _Along, problem: ProfileProblem, connectors: ConnectorProblem, z: FloatArray, grade: FloatArray
+) -> None:
+    """Ease heights, m, and grades, both (n,), in place, of connecting roads that would throw a car."""
+    posted = _posted_speeds(problem, connectors)[along.curve]
+    felt = largest_acceleration(along.start, along.s, posted, z, grade)
+    # Bends only make cars slower: few roads are left to look at.
+    hard = felt > defaults.VERTICAL_ACCELERATION_MAX
+    at = np.flatnonzero(hard[along.curve])
+    s, curve = along.s[at], along.curve[at]
+    start = np.r_[0, np.cumsum(np.diff(along.start)[hard])].astype(np.int64)
+    speed = fastest_around(connectors.plan_view, curve, s, posted[at])
+    z[at], grade[at] = ease_profiles(start, s, speed, z[at], grade[at], CONNECTOR_STEEP)
 
 
 def _posted_speeds(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
