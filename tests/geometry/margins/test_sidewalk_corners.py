@@ -194,7 +194,7 @@ def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> 
         lane = sidewalk_of(road)
         length = curve_length(roads.plan_view, RoadMeasures(roads).index[road.id])
         widths.append(sorted(width_at(lane.widths, s) for s in (0.0, length)))
-    assert sorted(widths) == [[2.0, 2.0], [2.0, 2.0], [2.0, 3.0]]
+    assert np.sort(widths, axis=0) == pytest.approx(np.array([[2.0, 2.0], [2.0, 2.0], [2.0, 3.0]]))
 
 
 def test_corners_without_room_are_left_out_and_told() -> None:
