@@ -79,7 +79,7 @@ def test_straight_streets_stay() -> None:
 
 
 def test_a_corner_that_cannot_become_smooth_stays_alone() -> None:
-    """A kink between records, as no street has, is left as it is; the bends on both sides of it become smooth."""
+    """What no car drives is left as it is; the bends on both sides of it become smooth."""
     zero = np.zeros(1)
     bend = np.array([[60.0, 40.0, 60.0]]), np.array([[0.0, 0.02, 0.0]])
     one = curves_of(zero, zero, zero, *bend)
@@ -92,10 +92,10 @@ def test_a_corner_that_cannot_become_smooth_stays_alone() -> None:
     steps = np.abs(found.curvature[1:] - end_curvature(found)[:-1])
     at = found.s[1:][steps > 1e-6]
     assert (np.abs(at - 161.0) < 30.0).all()
-    assert (found.rate != 0.0)[[0, -1]].any()
+    assert (found.rate != 0.0)[[0, -1]].all()
     before, after = places[0]
     assert before[0] == after[0] == 0.0
     assert after[-1] == pytest.approx(curve_length(found, 0))
-    assert (np.diff(after) > 0).all()
+    assert (np.diff(after) >= 0).all()
     x, y, _ = (np.array([value]) for value in (one.x[2], one.y[2], 0.0))
     assert project(found, np.array([0]), x, y)[2][0] < defaults.SMOOTH_SHIFT_MOST

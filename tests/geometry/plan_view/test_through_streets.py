@@ -42,6 +42,13 @@ def test_of_two_branches_that_of_the_same_name_goes_on() -> None:
     assert {1, 2} in ways
 
 
+def test_of_two_branches_alike_none_goes_on() -> None:
+    """Else it would matter which one comes first, or on which side traffic drives."""
+    nodes = {"a": (-100.0, 0.0), "m": (0.0, 0.0), "b": (100.0, 15.0), "c": (100.0, -15.0)}
+    _, _, ways = _chains(Case(nodes, {1: ("a m", ""), 2: ("m b", ""), 3: ("m c", "")}))
+    assert sorted(map(sorted, ways)) == [[1], [2], [3]]
+
+
 def test_streets_of_one_way_go_on_in_those_that_lead_on() -> None:
     """Neither in a street of both directions nor in one that comes the other way."""
     nodes = {"a": (-100.0, 0.0), "m": (0.0, 0.0), "b": (100.0, 0.0), "c": (0.0, 100.0)}

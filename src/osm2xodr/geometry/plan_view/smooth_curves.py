@@ -94,7 +94,8 @@ def smooth_curves(
         aside = even_offsets(points, knot, held)
     points = points.moved(aside)
     ends = np.column_stack([before.start[:-1], before.start[1:] - 1])[held]
-    points.hdg[ends] = before.hdg[ends]
+    # Both may count full circles differently.
+    points.hdg[ends] += wrapped(before.hdg[ends] - points.hdg[ends])
     first = np.searchsorted(knot, points.start)
     curves, step = _through(points, knot, first)
     good, worst = _faults(before, points, knot, first, curves, step, 1.0 / smallest_radius(plan))

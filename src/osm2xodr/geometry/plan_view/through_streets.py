@@ -16,6 +16,8 @@ _LEAST_CORNER: Final = 0.52
 _LEAD: Final = 10.0
 # So much bend, rad, outweighs that names or classes differ. A choice.
 _OTHER_ROAD: Final = 0.2
+# Branches whose bends differ by less are alike, rad (1 degree). A choice.
+_ALIKE: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +96,10 @@ def _partners(network: StreetNetwork, plan: PlanView, which: BoolArray) -> IntAr
     fits &= ~one_way[one] | (enters[one] != enters[other])
     one, other, cost = one[fits], other[fits], (bend + _OTHER_ROAD * (road[one] != road[other]))[fits]
     ranked = np.lexsort((other, cost, one))
-    best = ranked[np.flatnonzero(np.diff(one[ranked], prepend=-1))]
+    first = np.diff(one[ranked], prepend=-1) != 0
+    # Of two branches that are alike none is the street itself.
+    rival = np.append(~first[1:] & (np.diff(cost[ranked]) < _ALIKE), False)
+    best = ranked[first & ~rival]
     partner[one[best]] = other[best]
     mutual = partner[partner] == end
     return np.where((partner >= 0) & mutual, partner, -1)
