@@ -164,3 +164,18 @@ def test_nothing_is_an_error(tmp_path: Path) -> None:
     file = crossing(tmp_path)
     with pytest.raises(EmptyAreaError, match="no road in this part"):
         crop_network(file, choose_inside(file, west_of(-5)))
+
+
+def test_roads_that_lack_parts_do_no_harm(tmp_path: Path) -> None:
+    link = JUNCTION_LINK.format("successor")
+    file = read_text(
+        tmp_path,
+        document(
+            road("1", ""), road("2", lanes=""), road("3", "", link=link, lanes=""), '<junction id="9" name=""/>'
+        ),
+    )  # fmt: skip
+    part, _ = cropped(file, choose_inside(file, west_of(50)), tmp_path)
+    assert part.roads.id == ("2",)
+    (stretch,) = (Stretch(0, 10.0, 20.0, False, False),)
+    part, _ = cropped(file, Choice((stretch,), frozenset()), tmp_path)
+    assert part.roads.length.tolist() == [10]

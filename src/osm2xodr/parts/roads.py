@@ -47,7 +47,7 @@ def _cut_plan_view(element: Element, file: OpenDrive, stretch: Stretch) -> None:
     """Cut lines, arcs and spirals; other records lie inside the stretch or outside of it as wholes."""
     records = sorted(element.findall("planView/geometry"), key=lambda item: number(item, "s"))
     starts = [number(item, "s") for item in records]
-    ends = [*starts[1:], float(file.roads.length[stretch.road])]
+    ends = [*starts[1:], float(file.roads.length[stretch.road])][: len(starts)]
     for item, low, high in zip(records, starts, ends, strict=True):
         if high <= stretch.begin + AT_ONE or low >= stretch.end - AT_ONE:
             remove(item)
@@ -74,7 +74,7 @@ def _cut_sections(element: Element, length: float, begin: float, end: float) -> 
     starts = [number(item, "s") for item in sections]
     # What stands before the first section is part of it.
     starts[:1] = [min(starts[0], begin)] if starts else []
-    for section, low, high in zip(sections, starts, [*starts[1:], length], strict=True):
+    for section, low, high in zip(sections, starts, [*starts[1:], length], strict=False):
         if high <= begin + AT_ONE or low >= end - AT_ONE:
             remove(section)
             continue
