@@ -26,7 +26,7 @@ HOMES = {
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
     "rasterio": {"surface.grids", "fetching"},
-    "lxml": {"checking.checks"},
+    "lxml": {"checking.checks", "parts"},
     "distributed": {"batch.workers"},
     "tomli": {"batch"},
     "pyproj": {"", "surface", "surface.grids", "opendrive.space"},

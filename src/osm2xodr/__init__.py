@@ -4,8 +4,8 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`convert` makes a road network; `read`, `check`, `report`, `render`, `export` and `Locator` work with OpenDRIVE files
-of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when it is first used.
+`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `crop`, `merge` and `Locator` work with
+OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when first used.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
         ConvertOptions as ConvertOptions,
         check as check,
         convert as convert,
+        crop as crop,
         export as export,
+        merge as merge,
         read as read,
         render as render,
         report as report,
@@ -44,7 +46,7 @@ __version__ = "0.1.0"
 _EXPORTS = {
     "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
     "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
-    "library": ("ConvertOptions", "check", "convert", "export", "read", "render", "report"),
+    "library": ("ConvertOptions", "check", "convert", "crop", "export", "merge", "read", "render", "report"),
     "opendrive": ("Locator",),
     "reporting": ("Conversion", "Written"),
     "xodrWriter": ("WriteOptions",),

@@ -27,6 +27,7 @@ from osm2xodr.cli.export import export
 from osm2xodr.cli.fetch import fetch
 from osm2xodr.cli.locate import locate
 from osm2xodr.cli.options import Session
+from osm2xodr.cli.parts import crop, merge
 from osm2xodr.cli.render import render
 from osm2xodr.cli.report import report
 from osm2xodr.cli.surface import surface
@@ -131,7 +132,21 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-for _command in (fetch, convert, batch, check, report, render, surface, locate, export, explain, completion):
+for _command in (
+    fetch,
+    convert,
+    batch,
+    check,
+    report,
+    render,
+    surface,
+    locate,
+    export,
+    crop,
+    merge,
+    explain,
+    completion,
+):
     cli.add_command(_command)
 
 

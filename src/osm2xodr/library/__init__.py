@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         ConvertOptions as ConvertOptions,
         Declaration as Declaration,
     )
+    from osm2xodr.library.parts import crop as crop, merge as merge
 
 __getattr__ = lazy_exports(
     __name__,
@@ -56,6 +57,7 @@ __getattr__ = lazy_exports(
             "render",
             "report",
         ),
+        "parts": ("crop", "merge"),
         "options": ("ConvertOptions", "DECLARATIONS", "Declaration"),
     },
 )

@@ -1,0 +1,160 @@
+"""The functions ``crop`` and ``merge``. They load what they need when they are called."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from osm2xodr.errors import InputError, OptionError
+from osm2xodr.library.files import AnyPath, Box, names_of, read, read_box
+from osm2xodr.system import STANDARD_OUTPUT, stream_to
+
+if TYPE_CHECKING:
+    from osm2xodr.model import BoolArray, FloatArray
+    from osm2xodr.opendrive import OpenDrive
+    from osm2xodr.parts import Choice
+
+_Say = Callable[[str], None]
+
+
+def crop(
+    file: AnyPath,
+    output: AnyPath,
+    *,
+    bbox: str | Sequence[float] | None = None,
+    polygon: AnyPath | None = None,
+    roads: str | Iterable[str] | None = None,
+    say: _Say | None = None,
+) -> Path:
+    """Cut a part out of an OpenDRIVE file of any writer. Give one of `bbox`, `polygon` and `roads`.
+
+    Parameters
+    ----------
+    file
+        The file, plain or packed by gzip.
+    output
+        File to write; ``-`` is standard output. One that exists is replaced.
+    bbox
+        West, south, east, north, degrees, WGS 84.
+    polygon
+        GeoJSON file with polygons.
+    roads
+        Ids of roads, as text with commas or one by one; each is kept as a whole.
+    say
+        Is called with each sentence about what was cut off or left out.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    OptionError
+        An option has a value that cannot be, or not exactly one is given.
+    InputError
+        A file cannot be read, or does not say where it is on Earth.
+    EmptyAreaError
+        Nothing of the file is in this part.
+    OutputError
+        The file cannot be written.
+    """
+    if sum(item is not None for item in (bbox, polygon, roads)) != 1:
+        raise OptionError("give one of bbox, polygon and roads", "bbox", "polygon", "roads")
+    box = None if bbox is None else read_box("bbox", bbox, "degrees")
+    drive = _read_again(file)
+    choice = _choice(drive, box, None if polygon is None else Path(polygon), roads)
+    from osm2xodr.parts import crop_network, write_tree
+
+    root, lost = crop_network(drive, choice)
+    with stream_to(Path(output)) as stream:
+        write_tree(root, stream)
+    _tell(lost, say)
+    return Path(output)
+
+
+def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None) -> Path:
+    """Join OpenDRIVE files of one frame where ends of their roads meet.
+
+    Parameters
+    ----------
+    files
+        Two files or more, plain or packed by gzip, with the same geoReference and offset.
+    output
+        File to write; ``-`` is standard output. One that exists is replaced.
+    say
+        Is called with each sentence about what was joined, renamed or left out.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or the files are not of one frame.
+    OutputError
+        The file cannot be written.
+    """
+    drives = [_read_again(file) for file in files]
+    if len(drives) < 2:
+        raise OptionError("files: merge needs two or more", "files")
+    from osm2xodr.parts import merge_networks, write_tree
+
+    root, lines = merge_networks(drives)
+    with stream_to(Path(output)) as stream:
+        write_tree(root, stream)
+    _tell(lines, say)
+    return Path(output)
+
+
+def _tell(lines: Iterable[str], say: _Say | None) -> None:
+    if say is not None:
+        for line in lines:
+            say(line)
+
+
+def _read_again(file: AnyPath) -> OpenDrive:
+    """Read a file that will be read once more, as a tree."""
+    if os.fspath(file) == str(STANDARD_OUTPUT):
+        raise InputError("standard input cannot be read twice, as is needed here; give a file")
+    return read(file)
+
+
+def _choice(drive: OpenDrive, box: Box | None, polygon: Path | None, roads: str | Iterable[str] | None) -> Choice:
+    """Return what is kept of a file."""
+    from osm2xodr.parts import choose_inside, choose_roads
+
+    if roads is not None:
+        names = frozenset(names_of(roads))
+        unknown = sorted(names - set(drive.roads.id))
+        if unknown:
+            raise OptionError(f"roads: {drive.path} has no road {unknown[0]!r}", "roads")
+        return choose_roads(drive, names)
+    from osm2xodr.opendrive import frame_of
+
+    frame, reason = frame_of(drive.header)
+    if frame is None:
+        raise InputError(f"{drive.path}: {reason}; choose roads by their ids")
+    if box is not None:
+        west, south, east, north = box
+        rings: list[Sequence[tuple[float, float]]] = [((west, south), (east, south), (east, north), (west, north))]
+    else:
+        from osm2xodr.batch import read_polygons
+
+        assert polygon is not None
+        rings = [ring for _, found in read_polygons(polygon) for ring in found]
+    from osm2xodr.curves import inside_outline
+    from osm2xodr.model import Outline
+
+    outline = Outline(tuple(np.array(ring, np.float64) for ring in rings))
+
+    def inside(x: FloatArray, y: FloatArray) -> BoolArray:
+        return inside_outline(outline, *frame.to_geographic(x, y))
+
+    return choose_inside(drive, inside)

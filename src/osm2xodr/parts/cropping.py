@@ -1,0 +1,137 @@
+"""A part of a road network as a network of its own."""
+
+from __future__ import annotations
+
+import copy
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from osm2xodr.errors import EmptyAreaError
+from osm2xodr.opendrive import ABSENT, LinkKind, OpenDrive, pose
+from osm2xodr.parts.choice import Choice, Stretch
+from osm2xodr.parts.defaults import STUB
+from osm2xodr.parts.document import read_tree
+from osm2xodr.parts.links import drop_dangling, mend_junction, mend_road
+from osm2xodr.parts.records import Element, put, remove
+from osm2xodr.parts.roads import cut_road
+
+
+@dataclass
+class _Names:
+    """The ids of what is left of roads."""
+
+    ends: dict[tuple[str, str], str] = field(default_factory=dict)  # By former id and contact point
+    whole: dict[str, str] = field(default_factory=dict)  # Of whole roads
+
+
+def crop_network(file: OpenDrive, choice: Choice) -> tuple[Element, list[str]]:
+    """Return the document of the chosen part of a file, and sentences about what was lost.
+
+    Elements that OpenDRIVE does not know are kept. `EmptyAreaError` if nothing is chosen.
+    """
+    if not choice.stretches:
+        raise EmptyAreaError(f"{file.path} has no road in this part; give another area or other roads")
+    root = read_tree(file.path)
+    elements = root.findall("road")
+    stretches: dict[int, list[Stretch]] = defaultdict(list)
+    for stretch in choice.stretches:
+        stretches[stretch.road].append(stretch)
+    fresh = _fresh_ids(root)
+    names, furniture, cut = _Names(), 0, 0
+    pieces: list[tuple[Element, str]] = []
+    for k, element in enumerate(elements):
+        parts = stretches.get(k, [])
+        copies = [element, *(copy.deepcopy(element) for _ in parts[1:])]
+        if not parts:
+            remove(element)
+            continue
+        before = element
+        for place, (piece, stretch) in enumerate(zip(copies, parts, strict=True)):
+            if place:
+                piece.set("id", next(fresh))
+                # Only these may lie on several pieces.
+                for item in (*piece.findall("objects/bridge"), *piece.findall("objects/tunnel")):
+                    item.set("id", next(fresh))
+                before.addnext(piece)
+                before = piece
+            furniture += cut_road(piece, file, stretch)
+            cut += not (stretch.has_start and stretch.has_end)
+            _name(names, element.get("id"), piece.get("id"), stretch)
+            pieces.append((piece, file.roads.id[k]))
+    kept = frozenset(file.junctions.id[k] for k in choice.junctions)
+    for junction in root.findall("junction"):
+        if junction.get("id") not in kept:
+            remove(junction)
+    for piece, former in pieces:
+        mend_road(piece, former, names.ends, kept)
+    arms = _arms(file, names)
+    connections = sum(
+        mend_junction(junction, names.whole, arms.get(junction.get("id"), {}))
+        for junction in root.findall("junction")
+    )
+    dangling = drop_dangling(root)
+    _set_bounds(root, file, choice)
+    gone = len(elements) - len(stretches)
+    counts = {
+        "roads": gone,
+        "junctions": len(file.junctions.id) - len(choice.junctions),
+        "connections of junctions": connections,
+        "signals and objects beyond cuts": furniture,
+        **dangling,
+    }
+    return root, _sentences(cut, counts)
+
+
+def _sentences(cut: int, counts: dict[str, int]) -> list[str]:
+    found = [f"{count} {what}" for what, count in counts.items() if count]
+    lines = [f"{cut} ends of roads were cut off"] if cut else []
+    return [*lines, f"left out: {', '.join(found)}"] if found else lines
+
+
+def _name(names: _Names, former: str, now: str, stretch: Stretch) -> None:
+    if stretch.has_start:
+        names.ends.setdefault((former, "start"), now)
+    if stretch.has_end:
+        names.ends.setdefault((former, "end"), now)
+    if stretch.has_start and stretch.has_end:
+        names.whole.setdefault(former, now)
+
+
+def _fresh_ids(root: Element) -> Iterator[str]:
+    """Yield ids that are not used in a document: numbers above all others."""
+    names = (item.get("id", "") for item in root.iter() if isinstance(item.tag, str))
+    number = max((int(name) for name in names if name.isascii() and name.isdigit()), default=0)
+    while True:
+        number += 1
+        yield str(number)
+
+
+def _arms(file: OpenDrive, names: _Names) -> dict[str, dict[tuple[str, str], str]]:
+    """Return the ids of what is left of the incoming roads of each junction, by its id."""
+    out: dict[str, dict[tuple[str, str], str]] = defaultdict(dict)
+    roads = file.roads
+    for k, name in enumerate(roads.id):
+        for end, word in ((0, "start"), (1, "end")):
+            junction = int(roads.link[k, end])
+            if roads.link_kind[k, end] == LinkKind.JUNCTION and junction != ABSENT and (name, word) in names.ends:
+                out[file.junctions.id[junction]].setdefault((name, ""), names.ends[name, word])
+    return out
+
+
+def _set_bounds(root: Element, file: OpenDrive, choice: Choice) -> None:
+    """Write the bounds of what is left into the header, if it has some."""
+    header = root.find("header")
+    if header is None or header.get("north") is None:
+        return
+    places = [
+        (stretch.road, s)
+        for stretch in choice.stretches
+        for s in np.linspace(stretch.begin, stretch.end, 2 + int((stretch.end - stretch.begin) / STUB)).tolist()
+    ]
+    x, y, _ = pose(file, np.array([road for road, _ in places], np.int64), np.array([s for _, s in places]))
+    for name, value in (("north", y.max()), ("south", y.min()), ("east", x.max()), ("west", x.min())):
+        if np.isfinite(value):
+            put(header, name, round(float(value), 3))
