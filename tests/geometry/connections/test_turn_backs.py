@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from dual_carriageways import built, dual
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import built_links
 
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.connections.turn_backs import turned_back
 from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.model import RoadMap, Rule
 
@@ -78,3 +81,18 @@ def test_arms_that_end_apart_are_joined_without_a_gap(apart: float, shift: float
     for k in turns_back(roads):
         bent = plan.curvature[plan.start[k] : plan.start[k + 1]] != 0
         assert (bent[1:] | bent[:-1]).all(), "two lines in a row"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.2])
+def test_turns_swing_out_on_both_sides_with_a_radius_of_their_own(side: float, tilt: float) -> None:
+    """Circles of 7 m beside both lanes, and one of 4 m that touches both of them ahead."""
+    zero, hdg = np.zeros(1), np.full(1, tilt)
+    end = zero - 5.0 * side * math.sin(tilt), zero + 5.0 * side * math.cos(tilt), hdg + math.pi
+    plan = turned_back((zero, zero, hdg), end, zero - math.inf, zero + 4.0, zero + 7.0)
+    assert plan.curvature == pytest.approx([-side / 7, side / 4, -side / 7])
+    swing = math.acos((5.0 / 2 + 7.0) / 11.0)
+    assert plan.length == pytest.approx([7.0 * swing, 4.0 * (math.pi + 2 * swing), 7.0 * swing])
+    x, y, last = pose(plan, np.zeros(1, np.int64), lengths(plan))
+    assert (x[0], y[0]) == pytest.approx((end[0][0], end[1][0]), abs=1e-9)
+    assert math.cos(last[0] - end[2][0]) == pytest.approx(1.0, abs=1e-12)

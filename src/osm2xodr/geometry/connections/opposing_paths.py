@@ -37,8 +37,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 _PLACES: Final = 32
 _LEAD: Final = 2.0
 # The inner one of two ways that turn back turns with the first of these radii, m, that leaves both of them room. The
-# smaller ones are choices: not below `CONNECTING_RADIUS`.
-_TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.5, 3.1)
+# smaller ones are choices, for ways that come nearer than `_CROSSING`, m: not below `CONNECTING_RADIUS`.
+_TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.6, 3.3, 3.1)
+_CROSSING: Final = 1.0
 # They may turn with this share of their smallest radius: their distance changes from one arm to the other.
 _NEAR_ENOUGH: Final = 0.98
 
@@ -95,10 +96,16 @@ def draw_turn_backs_side_by_side(
     pairs = _pairs(entry, exit_, shared)
     for radius in _TURN_BACK_RADII:
         pairs, apart = _too_near(plan, pairs, width, LEAST_TURN_BACK, np.inf)
+        if radius < U_TURN_RADIUS:
+            crossing = apart < _CROSSING
+            pairs, apart = pairs.chosen(crossing), apart[crossing]
         if not len(apart):
             break
         start, end = _axis_ends(plan, pairs)
-        axis = turned_back(start, end, np.full(len(apart), -np.inf), radius + _half_apart(plan, pairs))
+        half, nowhere = _half_apart(plan, pairs), np.full(len(apart), -np.inf)
+        # The outer one of both swings out with the smaller radius.
+        swing = U_TURN_RADIUS + half if radius < U_TURN_RADIUS else None
+        axis = turned_back(start, end, nowhere, radius + half, swing)
         drawn = np.flatnonzero(lengths(axis) > 0)
         if not len(drawn):
             break

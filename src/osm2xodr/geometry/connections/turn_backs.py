@@ -96,11 +96,17 @@ def _way_across(begin: Poses, end: Poses, ends: StreetEnds, entry: IntArray, exi
     return np.where(ends.node[entry] == ends.node[exit_], -np.inf, ahead)
 
 
-def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | FloatArray = U_TURN_RADIUS) -> PlanView:
+def turned_back(
+    begin: Poses,
+    end: Poses,
+    across: FloatArray,
+    least: float | FloatArray = U_TURN_RADIUS,
+    swing: FloatArray | None = None,
+) -> PlanView:
     """Return curves that go on to where both poses are abreast, turn there, and go back; none where they cannot.
 
     `across` is how far ahead of the start, m, the way across lies (-inf: there is none), `least` the smallest radius,
-    m, both (n,).
+    m, both (n,). With `swing`, (n,), m, they have that radius where they swing out, on both sides.
     """
     (x0, y0, h0), (x1, y1, h1) = begin, end
     axis = _axis(begin, end)
@@ -122,6 +128,10 @@ def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | Flo
     owner = np.repeat(np.arange(len(count)), count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
+    if swing is not None:
+        pieces[:, 1:4], curvature[:, 1:4] = _swing_on_both_sides(begin, end, radius, swing)
+        pieces[~np.isfinite(pieces).all(axis=1)] = 0.0
+        return chain_curves(curves_of(x0, y0, h0, pieces, curvature), np.arange(len(before) + 1))
     close = np.flatnonzero((SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
     arcs, bends = _swing_before(_chosen(begin, close), _chosen(end, close), radius[close])
     driven = np.isfinite(arcs).all(axis=1)
@@ -137,13 +147,44 @@ def _chosen(poses: Poses, row: IntArray) -> Poses:
     return x[row], y[row], hdg[row]
 
 
+def _side(begin: Poses, end: Poses) -> FloatArray:
+    """Return 1 where the end lies to the left of the start, else -1."""
+    (x0, y0, h0), (x1, y1, _) = begin, end
+    return np.where((y1 - y0) * np.cos(h0) - (x1 - x0) * np.sin(h0) > 0, 1.0, -1.0)
+
+
+def _swing_on_both_sides(
+    begin: Poses, end: Poses, radius: FloatArray, swing: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return lengths and curvatures, (n, 3), of curves that swing out, turn back, and swing in again.
+
+    Lengths are not finite where there is none.
+    """
+    (x0, y0, h0), (x1, y1, h1) = begin, end
+    side, axis = _side(begin, end), _axis(begin, end)
+    # The circle of the turn touches those of both swings, and lies ahead of them.
+    ax, ay = x0 + side * swing * np.sin(h0), y0 - side * swing * np.cos(h0)
+    bx, by = x1 + side * swing * np.sin(h1), y1 - side * swing * np.cos(h1)
+    dx, dy = (bx - ax) / 2, (by - ay) / 2
+    half = np.hypot(dx, dy)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ahead = np.sqrt((radius + swing) ** 2 - half**2) / half
+    ahead *= np.where(dx * np.sin(axis) > dy * np.cos(axis), 1.0, -1.0)
+    x, y = ax + dx - ahead * dy, ay + dy + ahead * dx
+    first, last = (np.arctan2(y - cy, x - cx) - side * np.pi / 2 for cx, cy in ((ax, ay), (bx, by)))
+    out, back = wrapped(side * (h0 - first)), wrapped(side * (last - h1))
+    length = np.column_stack([swing * out, radius * ((side * (last - first)) % (2 * np.pi)), swing * back])
+    length[(out < 0) | (back < 0)] = np.nan
+    return length, np.column_stack([-side / swing, side / radius, -side / swing])
+
+
 def _swing_before(begin: Poses, end: Poses, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return lengths and curvatures, (n, 3), of curves that swing out, turn back, and run straight to their end.
 
     Lengths are not finite where there is none.
     """
     (x0, y0, h0), (x1, y1, h1) = begin, end
-    side = np.where((y1 - y0) * np.cos(h0) - (x1 - x0) * np.sin(h0) > 0, 1.0, -1.0)
+    side = _side(begin, end)
     # The circle of the turn touches the lane at the end and the circle of the swing, which is about 0. It is about x,
     # y before it is moved back by the straight piece.
     x = x1 - x0 - side * radius * (np.sin(h1) + np.sin(h0))
