@@ -1,8 +1,7 @@
 """The data that the stages hand on to each other. Read this first.
 
 Units are SI (m, rad, m/s, 1/m) unless a name says otherwise. Local x points east, y north; headings count
-counter-clockwise from east; s runs along a road, t to its left. Everything is frozen (what there are many of, made by
-`record`, as the type checker sees it), arrays are read-only.
+counter-clockwise from east; s runs along a road, t to its left. Everything is frozen, arrays are read-only.
 Input is named in words of OpenStreetMap (node, way, street, intersection), output in words of OpenDRIVE (road, lane
 section, junction, s, t, hdg).
 """
@@ -22,7 +21,6 @@ from osm2xodr.model.furniture import (
     SignalProgramme,
     SignalReference,
 )
-from osm2xodr.model.record_classes import record
 from osm2xodr.model.roads import (
     BorderEnd,
     Borders,
@@ -164,6 +162,5 @@ __all__ = [
     "WayCorrection",
     "applied",
     "freeze_arrays",
-    "record",
     "unused",
 ]

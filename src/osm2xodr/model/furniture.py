@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from osm2xodr.model.record_classes import record
 
-
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Signal:
     """A traffic light or sign."""
 
@@ -98,7 +96,7 @@ class SignalProgramme:
     detector_range: float = 0.0  # How far before their stop lines vehicles are detected, m; 0 where times are fixed
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class ObjectRepeat:
     """Copies of an object from s over a length, or one continuous object where distance is 0; all in m."""
 
@@ -112,7 +110,7 @@ class ObjectRepeat:
     z_offset: float = 0.0
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RoadObject:
     """A thing on or beside a road."""
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from osm2xodr.model.furniture import Furniture
-from osm2xodr.model.record_classes import record
 from osm2xodr.model.shared import Access, BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
 
 
@@ -62,7 +61,7 @@ class Stretches(ReadOnlyArrays):
         return float((np.minimum(self.end, most) - np.minimum(self.begin, most)).sum())
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Cubic:
     """One record a + b ds + c ds² + d ds³ from s on, where s counts from the start of the road or lane section."""
 
@@ -87,7 +86,7 @@ class Cubic:
         return self.b == self.c == self.d == 0.0
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RoadMark:
     """The mark on a lane's outer edge, in OpenDRIVE's words."""
 
@@ -97,7 +96,7 @@ class RoadMark:
     lane_change: str = "none"
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Lane:
     """One lane of a lane section."""
 
@@ -113,7 +112,7 @@ class Lane:
     access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class LaneSection:
     """All lanes from s on, highest id (leftmost) first, the centre lane among them."""
 
@@ -121,7 +120,7 @@ class LaneSection:
     lanes: tuple[Lane, ...]
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RoadType:
     """Type and speed limit of a road from s on."""
 
@@ -130,7 +129,7 @@ class RoadType:
     speed: float | None  # m/s; None where unknown, infinity where there is no limit
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RoadLink:
     """The road or junction beyond a road's end."""
 
@@ -139,7 +138,7 @@ class RoadLink:
     at_start: bool | None = None  # With a road: whether its start (else its end) touches; None with a junction
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Road:
     """A road, except for its curve and heights, which are in the tables of `RoadMap` at the road's index."""
 
@@ -154,7 +153,7 @@ class Road:
     guesses: tuple[str, ...] = ()  # Codes of the guesses about its ways, in ascending order
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Connection:
     """One way through a junction; the connecting road touches the incoming road with its start."""
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from osm2xodr.model.corrections import Corrections
-from osm2xodr.model.record_classes import record
 from osm2xodr.model.shared import (
     Access,
     Direction,
@@ -22,7 +21,7 @@ from osm2xodr.model.shared import (
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class LaneSpec:
     """One lane as OSM's tags describe it."""
 
@@ -37,7 +36,7 @@ class LaneSpec:
     access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class MarginSpec:
     """A strip beside the carriageway as OSM's tags describe it."""
 
@@ -60,7 +59,7 @@ class StructureTags:
     name: str = ""  # Its own, not the street's; empty where OSM gives none
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class StreetAttributes:
     """What the tags of one way say, in the direction of its street."""
 

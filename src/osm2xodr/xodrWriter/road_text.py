@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
@@ -17,7 +18,6 @@ from osm2xodr.model import (
     RoadLink,
     RoadMark,
     RoadType,
-    record,
 )
 from osm2xodr.xodrWriter import formatting
 from osm2xodr.xodrWriter.formatting import name_attribute, number, position, user_data
@@ -169,7 +169,7 @@ def _side(lane_id: int) -> int:
     return (lane_id > 0) - (lane_id < 0)
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RoadTables:
     """The records of one road in the tables of a road map, as text."""
 

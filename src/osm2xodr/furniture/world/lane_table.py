@@ -11,13 +11,13 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths
-from osm2xodr.model import Cubic, FloatArray, Lane, LaneSection, LaneType, Road, RoadMap, Rule, record
+from osm2xodr.model import Cubic, FloatArray, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
 # Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class LaneAt:
     """A lane at one place."""
 

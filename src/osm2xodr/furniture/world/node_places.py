@@ -13,7 +13,7 @@ import numpy as np
 from osm2xodr.conventions import places_on_streets
 from osm2xodr.curves import pose, project
 from osm2xodr.furniture.world.lane_table import LaneTable
-from osm2xodr.model import FloatArray, RoadMap, StreetNetwork, StreetPlaces, record
+from osm2xodr.model import FloatArray, RoadMap, StreetNetwork, StreetPlaces
 
 # Nodes beyond a road's end by less lie on it, m: rounding.
 _END_TOLERANCE: Final = 1e-6
@@ -34,7 +34,7 @@ class NodePlace:
     junction: int  # Id of the junction that it lies in, -1 for none
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Arm:
     """A road's end at a junction."""
 

@@ -25,7 +25,6 @@ from osm2xodr.model import (
     StreetAttributes,
     StreetNetwork,
     StreetPlaces,
-    record,
 )
 
 # Shorter remainders of a piece of a street at a road's end are dropped, m.
@@ -109,7 +108,7 @@ class Crossing:
         return (self.road, self.s) if self.arm is None else self.arm
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Movement:
     """One way through a junction."""
 
@@ -121,7 +120,7 @@ class Movement:
     turn: float  # Change of heading, rad, left positive
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Approach:
     """A road end at which cars come to a junction."""
 

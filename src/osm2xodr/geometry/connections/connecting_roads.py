@@ -30,7 +30,6 @@ from osm2xodr.model import (
     LaneType,
     PlanView,
     Rule,
-    record,
 )
 from osm2xodr.system import map_parallel
 
@@ -38,7 +37,7 @@ from osm2xodr.system import map_parallel
 _AT_ONCE: Final = 5000
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class InnerLane:
     """A lane of a corner, between its sidewalk and the carriageway."""
 

@@ -21,7 +21,7 @@ from osm2xodr.geometry.connections.lane_assignment import (
 )
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
-from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneType, Rule, record
+from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
 
 # A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
@@ -29,7 +29,7 @@ _TURN_BACK: Final = 2.88
 _SAME_POSE: Final = 1e-9
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class LaneRow:
     """One lane link: index of its movement, road ends, lanes; `against` as in `ConnectingRoads`."""
 

@@ -22,12 +22,12 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import IntArray, Sign, StreetAttributes, StreetNetwork, record
+from osm2xodr.model import IntArray, Sign, StreetAttributes, StreetNetwork
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Arm:
     """What decides about the right of way of a street end that enters a junction."""
 

@@ -14,7 +14,7 @@ from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import Street, StreetNetwork, TurnRestriction, record
+from osm2xodr.model import Street, StreetNetwork, TurnRestriction
 
 # A way through a junction over more inner streets than this is a detour. A choice.
 _MOST_INNER_STREETS: Final = 8
@@ -32,7 +32,7 @@ class Loop:
     ease: float  # Radius of the curves between the outermost lane and the loop, m
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Movement:
     """One way through a junction."""
 

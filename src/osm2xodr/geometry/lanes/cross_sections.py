@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, record
+from dataclasses import dataclass
+
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class CrossSection:
     """All lanes of a street at one place."""
 
@@ -22,7 +24,7 @@ Piece = tuple[float, StreetAttributes, CrossSection]
 """(s on a street's curve from which it holds, attributes, cross-section)."""
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class EndLane:
     """One lane of a cross-section, usually where its street ends."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from osm2xodr.geometry import defaults
@@ -11,10 +11,10 @@ from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, record
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Stretch:
     """Part of a road on which the cross-section stays the same."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -12,7 +12,7 @@ from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
-from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule, record
+from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
 
 # Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
 _NARROWEST_FILLING: Final = 0.05
@@ -22,7 +22,7 @@ _CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
 _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Sidewalk:
     """A sidewalk at a road end."""
 

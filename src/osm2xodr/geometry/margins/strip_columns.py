@@ -7,19 +7,20 @@ strips never cut the lane sections in which cars change lanes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.geometry.defaults import TAPER_SHARE
 from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins
-from osm2xodr.model import Cubic, MarginSpec, record
+from osm2xodr.model import Cubic, MarginSpec
 
 # Widths that differ by less are the same, m.
 _SAME_WIDTH: Final = 1e-9
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Column:
     """Strips of one kind at one side of a road, one behind the other."""
 

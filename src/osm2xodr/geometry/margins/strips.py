@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from osm2xodr.geometry.defaults import SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import MarginSpec, record
+from osm2xodr.model import MarginSpec
 
 Strips = tuple[MarginSpec, ...]
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class MarginStretch:
     """Part of a road beside which nothing changes."""
 

@@ -19,7 +19,7 @@ import osmium
 
 from osm2xodr import projection
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, IntArray, LocalFrame, record
+from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 
 RELATION_TYPES: Final = (
@@ -33,7 +33,7 @@ _CAUSE_MAX: Final = 200
 _MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
 
 
-@record(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class RawWay:
     """A way as in the file; `refs` are ids of nodes, `tags` those that were asked for."""
 
