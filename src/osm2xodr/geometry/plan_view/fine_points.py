@@ -44,8 +44,8 @@ class FinePoints:
         s = spacing * ranks(count)
         begin, end = np.maximum(s - spacing / 2, 0.0), np.minimum(s + spacing / 2, length[owner])
         record = find_record(plan.start, plan.s, rows[owner], s)
-        places = (getattr(plan, name)[record] for name in ("x", "y", "hdg", "curvature"))
-        x, y, hdg = advance(*places, s - plan.s[record], plan.rate[record])
+        begins = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
+        x, y, hdg = advance(*begins, s - plan.s[record], plan.rate[record])
         turn = wrapped(pose(plan, rows[owner], end)[2] - pose(plan, rows[owner], begin)[2])
         start = starts(count)
         return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin), _cuts(plan)[record])

@@ -84,8 +84,8 @@ def smooth_curves(
     weight[points.nearest(*nodes)] = _NODE
     room = defaults.SMOOTH_KNOT * room_share(points)
     at, owner = points.nearest(*corners), owners(points.start)
-    for step in range(-_CORNER_POINTS, _CORNER_POINTS + 1):
-        row = np.clip(at + step, 0, len(room) - 1)
+    for further in range(-_CORNER_POINTS, _CORNER_POINTS + 1):
+        row = np.clip(at + further, 0, len(room) - 1)
         room[row[owner[row] == owner[at]]] *= _CORNER_KNOTS
     aside = smoothest_offsets(points, held, weight)
     knot = _knots(points, points.bent(aside), room)
