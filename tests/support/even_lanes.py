@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from types import MappingProxyType
 
 import pytest
+from street_cases import forget_cases
 
 from osm2xodr.conventions import countries
 
@@ -29,4 +30,6 @@ def even_lanes() -> Iterator[None]:
         patch.setattr(countries, "LANE_WIDTH_OTHER", 2.75)
         patch.setattr(countries, "ONE_LANE_WIDTH", {})
         patch.setattr(countries, "LANE_WIDTH_BESIDE_IN_TOWN", 9.0)
+        forget_cases()
         yield
+    forget_cases()

@@ -157,9 +157,14 @@ def _stages(osm: str, rule: Rule) -> Stages:
     return Stages(network, ends, layout, find_movements(network, ends, layout, diagnostics), diagnostics)
 
 
+def forget_cases() -> None:
+    """Make cases anew from now on, as what they are made with has changed."""
+    _built.cache_clear()
+    _stages.cache_clear()
+
+
 # Mutation tests change the code in copies of a process that has made cases already.
-os.register_at_fork(after_in_child=_built.cache_clear)
-os.register_at_fork(after_in_child=_stages.cache_clear)
+os.register_at_fork(after_in_child=forget_cases)
 
 
 def _tags(text: str) -> str:
