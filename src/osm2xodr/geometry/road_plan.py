@@ -13,11 +13,13 @@ from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
     build_connecting_roads,
+    clear_arms_at_last,
     clear_overrun_arms,
     detours,
     draw_in_parts,
     even_widths,
     find_lane_links,
+    keep_off_arms,
     long_turns_back,
     redraw_connecting_roads,
     runs_backwards,
@@ -107,7 +109,7 @@ def plan_roads(
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
     cut, connecting = _connect(network, cut, movements, diagnostics, jobs)
-    connecting = swing_out(connecting, cut.parts)
+    connecting = keep_off_arms(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
@@ -173,6 +175,10 @@ def _connect(
     if roomy is not cut:
         before, links = links, find_lane_links(roomy.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
+    free = _with_arms_cleared(network, roomy, connecting)
+    if free is not roomy:
+        roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
+        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)
@@ -193,6 +199,19 @@ def _with_room_to_turn(
     if (trim == cut.layout.trim).all():
         return cut
     layout = replace(cut.layout, trim=trim)
+    return replace(cut, layout=layout, parts=cut_roads(network, cut.fitted, layout, cut.parts))
+
+
+def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
+    """Cut back the arms that ways run over now that they have their final shape."""
+    layout = cut.layout
+    trim = clear_arms_at_last(cut.ends, layout, cut.parts, connecting)
+    moved = trim > layout.trim
+    if not moved.any():
+        return cut
+    most = np.maximum(trim, layout.most)
+    trim = trims_clear_of_bends(cut.ends, np.where(moved, layout.junction, -1), trim, trim, most)
+    layout = replace(layout, trim=trim)
     return replace(cut, layout=layout, parts=cut_roads(network, cut.fitted, layout, cut.parts))
 
 

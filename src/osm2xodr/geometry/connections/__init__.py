@@ -13,10 +13,11 @@ from osm2xodr.geometry.connections.connecting_roads import (
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
-from osm2xodr.geometry.connections.overrun_arms import clear_overrun_arms
+from osm2xodr.geometry.connections.overrun_arms import clear_arms_at_last, clear_overrun_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
+from osm2xodr.geometry.connections.ways_off_arms import keep_off_arms
 
 __all__ = [
     "ConnectingRoads",
@@ -24,6 +25,7 @@ __all__ = [
     "LaneLinks",
     "Priorities",
     "build_connecting_roads",
+    "clear_arms_at_last",
     "clear_overrun_arms",
     "connect",
     "detours",
@@ -31,6 +33,7 @@ __all__ = [
     "even_widths",
     "find_lane_links",
     "find_priorities",
+    "keep_off_arms",
     "long_turns_back",
     "redraw_connecting_roads",
     "runs_backwards",

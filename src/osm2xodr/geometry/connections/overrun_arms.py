@@ -13,6 +13,7 @@ import numpy as np
 from osm2xodr.curves import pose, project, ranks
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
+from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -28,6 +29,8 @@ _FARTHEST: Final = 40.0
 _BEND: Final = 10.0
 # What is left between an arm and the ways that ran over it, m. A choice.
 _CLEARANCE: Final = 0.5
+# Cuts of a short street below this, m, are not worth it.
+_LEAST_CUT: Final = 0.3
 
 
 def clear_overrun_arms(
@@ -37,14 +40,51 @@ def clear_overrun_arms(
 
     `layout` is that of the parts, `trim` what ends give at least.
     """
-    # Detours, which may be as long as the earth is large, are left out: nobody drives them.
-    connecting = connecting.chosen(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
-    row, arm = _others(ends, layout, parts, connecting)
-    far = np.zeros(len(trim))
-    if len(row):
-        np.maximum.at(far, *_overrun(parts, connecting, row, arm))
-    wanted = np.where(far > 0, layout.trim + far + _CLEARANCE, 0.0)
+    wanted = _wanted(ends, layout, parts, connecting)
     return np.maximum(trim, np.minimum(wanted, layout.most))
+
+
+def clear_arms_at_last(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> FloatArray:
+    """Return how much each street end gives so that no way runs over its arm, (ends,), m, even of a short street.
+
+    An end may take what the other end of its street has not, but for the shortest street, and the ramp of a tunnel:
+    what runs over that lies at its height.
+    """
+    trim = layout.trim
+    more = np.maximum(_wanted(ends, layout, parts, connecting) - trim, 0.0).reshape(-1, 2)
+    least = np.where((layout.junction.reshape(-1, 2) >= 0).all(1), SHORTEST_STREET, SHORTEST_ROAD) + SNAPPED
+    spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - least, 0.0)
+    share = np.minimum(1.0, spare / np.maximum(more.sum(1), 1e-9))
+    given = (more * share[:, None]).ravel()
+    cut: FloatArray = trim + np.where(given > _LEAST_CUT, given, 0.0)
+    return cut
+
+
+def ways_over_arms(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return which ways run over which street ends of their junction, and how far out from the arm's end, (n,), m.
+
+    There is a row for each place found. Detours, which may be as long as the earth is large, are left out: nobody
+    drives them.
+    """
+    driven = np.flatnonzero(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
+    connecting = connecting.at_rows(driven)
+    row, arm = _others(ends, layout, parts, connecting)
+    if not len(row):
+        return row, arm, np.zeros(0)
+    pair, out = _overrun(parts, connecting, row, arm)
+    return driven[row[pair]], arm[pair], out
+
+
+def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
+    """Return up to where street ends should be cut, 0 where nothing runs over them, (ends,), m."""
+    far = np.zeros(len(layout.trim))
+    _, arm, out = ways_over_arms(ends, layout, parts, connecting)
+    np.maximum.at(far, arm, out)
+    return np.where(far > 0, layout.trim + far + _CLEARANCE, 0.0)
 
 
 def _others(
@@ -69,27 +109,29 @@ def _others(
 def _overrun(
     parts: RoadParts, connecting: ConnectingRoads, row: IntArray, arm: IntArray
 ) -> tuple[IntArray, FloatArray]:
-    """Return street ends, and how far out from the end of their road places of connecting roads lie on it, m."""
+    """Return for each place of a way on the arm of its pair the pair, and how far from the arm's end it lies, m."""
     count = np.maximum((connecting.length / _SPACING).astype(np.int64), 1)
     curve = np.repeat(np.arange(len(count)), count)
-    x, y, _ = pose(connecting.plan_view, curve, (ranks(count) + 0.5) * (connecting.length / count)[curve])
+    x, y, hdg = pose(connecting.plan_view, curve, (ranks(count) + 0.5) * (connecting.length / count)[curve])
     start = np.cumsum(count) - count
     pair = np.repeat(np.arange(len(row)), count[row])
     place = start[row][pair] + ranks(count[row])
-    x, y = x[place], y[place]
     half = np.maximum(connecting.entry_width, connecting.exit_width)[row][pair] / 2 - _OVERLAP
     end = parts.road_end[arm]
     sections = {number: parts.at_end(number).section for number in np.unique(end).tolist()}
     right, left = np.array([(sections[k].right_edge, sections[k].left_edge) for k in end.tolist()]).T
     road = end // 2
     at_end = end % 2 == 1
-    near = _near(parts, road, at_end, pair, x, y, (half + np.maximum(left, -right)[pair]))
-    pair, x, y, half = pair[near], x[near], y[near], half[near]
+    near = _near(parts, road, at_end, pair, x[place], y[place], half + np.maximum(left, -right)[pair])
+    # Both edges of the lane and its middle
+    pair, place = np.repeat(pair[near], 3), np.repeat(place[near], 3)
+    aside = (half[near][:, None] * np.array([-1.0, 0.0, 1.0])).ravel()
+    x, y = x[place] - aside * np.sin(hdg[place]), y[place] + aside * np.cos(hdg[place])
     s, t, distance = project(parts.plan_view, road[pair], x, y)
     out = np.where(at_end[pair], parts.length[road[pair]] - s, s)
-    on = (t < left[pair] + half) & (t > right[pair] - half) & (distance < np.abs(t) + 1e-3)
+    on = (t < left[pair]) & (t > right[pair]) & (distance < np.abs(t) + 1e-3)
     on &= (out > _FIRST) & (out < _FARTHEST)
-    return arm[pair[on]], out[on]
+    return pair[on], out[on]
 
 
 def _near(
@@ -106,4 +148,4 @@ def _near(
     hdg = hdg + np.where(at_end, np.pi, 0.0)
     dx, dy, cos, sin = x - px[pair], y - py[pair], np.cos(hdg)[pair], np.sin(hdg)[pair]
     ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
-    return np.flatnonzero((ahead > 0) & (ahead < _FARTHEST) & (np.abs(aside) < reach + _BEND))
+    return np.flatnonzero((ahead > -reach) & (ahead < _FARTHEST) & (np.abs(aside) < reach + _BEND))
