@@ -17,9 +17,9 @@ from osm2xodr.geometry.connections import (
     clear_overrun_arms,
     detours,
     draw_in_parts,
+    draw_tighter,
     even_widths,
     find_lane_links,
-    keep_off_arms,
     long_turns_back,
     redraw_connecting_roads,
     runs_backwards,
@@ -109,7 +109,7 @@ def plan_roads(
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
     cut, connecting = _connect(network, cut, movements, diagnostics, jobs)
-    connecting = keep_off_arms(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
+    connecting = draw_tighter(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)

@@ -17,7 +17,7 @@ from osm2xodr.geometry.connections.overrun_arms import clear_arms_at_last, clear
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
-from osm2xodr.geometry.connections.ways_off_arms import keep_off_arms
+from osm2xodr.geometry.connections.tighter_ways import draw_tighter
 
 __all__ = [
     "ConnectingRoads",
@@ -30,10 +30,10 @@ __all__ = [
     "connect",
     "detours",
     "draw_in_parts",
+    "draw_tighter",
     "even_widths",
     "find_lane_links",
     "find_priorities",
-    "keep_off_arms",
     "long_turns_back",
     "redraw_connecting_roads",
     "runs_backwards",

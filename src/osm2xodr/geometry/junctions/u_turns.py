@@ -116,15 +116,22 @@ def _between_carriageways(
     left = (x1 - x0) * np.sin(h0) - (y1 - y0) * np.cos(h0)
     oncoming = left < 0 if network.rule is Rule.LEFT_HAND else left > 0
     some = np.flatnonzero(one_way[entry] & one_way[exit_] & back & oncoming & (entry != exit_))
-    pairs = zip(entry[some].tolist(), exit_[some].tolist(), strict=True)
-    return np.asarray(some[np.array([_one_road(network, ends, *pair) for pair in pairs], bool)])
+    return np.asarray(some[np.array([_one_road(network, ends, movements[k]) for k in some.tolist()], bool)])
 
 
-def _one_road(network: StreetNetwork, ends: StreetEnds, end: int, other: int) -> bool:
-    """Say whether two street ends belong to one road; those without a name that meet at a node may just fork."""
-    one, two = _attributes(network, end), _attributes(network, other)
-    named = bool(one.name or one.ref) or ends.node[end] != ends.node[other]
-    return named and one.road == two.road
+def _one_road(network: StreetNetwork, ends: StreetEnds, item: Movement) -> bool:
+    """Say whether a movement leads from a road to the same one; roads without a name may just fork at a node."""
+    one, two = _attributes(network, item.entry), _attributes(network, item.exit)
+    return one.road == two.road and (bool(one.name or one.ref) or not _at_one_node(ends, item))
+
+
+def _at_one_node(ends: StreetEnds, item: Movement) -> bool:
+    """Say whether a movement turns back at one node, and not over a way between the carriageways."""
+    # A street that is driven along is entered at its start.
+    arrive = [ends.hdg[item.entry], *(ends.hdg[2 * street + along] for street, along in item.inner)]
+    leave = [*(ends.hdg[2 * street + (not along)] for street, along in item.inner), ends.hdg[item.exit]]
+    turn = np.abs(wrapped(np.array(leave) - np.array(arrive) - np.pi))
+    return bool(turn.max() >= LEAST_TURN_BACK)
 
 
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:

@@ -1,4 +1,4 @@
-"""Ways that still run over arms of their junction, which have no room to give, are drawn tighter."""
+"""Ways that run over arms of their junction, which have no room to give, and long turns back are drawn tighter."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import (
     LEAST_REDRAWN_RADIUS,
     LONGEST_REDRAWN,
+    LONGEST_TURN_BACK,
     TURNING_RADIUS,
     TURNING_RADIUS_ACUTE,
 )
@@ -26,26 +27,27 @@ from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import PlanView
 
 
-def keep_off_arms(
+def draw_tighter(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
 ) -> ConnectingRoads:
-    """Return the connecting roads, those that run over an arm drawn again where a tighter curve does not.
+    """Return the connecting roads, those drawn again that run over an arm, or are too long to turn back.
 
-    It is no sharper than before, or than what most cars manage, and not much longer.
+    A curve counts if it does neither. It is no sharper than before, or than what most cars manage.
     """
-    row = np.unique(ways_over_arms(ends, layout, parts, connecting)[0])
-    row = row[connecting.for_vehicles()[row] & (connecting.entry[row] != connecting.exit[row])]
     plan = connecting.plan_view
+    found = turns_back(plan) & (connecting.length > LONGEST_TURN_BACK)
+    found[ways_over_arms(ends, layout, parts, connecting)[0]] = True
+    row = np.flatnonzero(found & connecting.for_vehicles() & (connecting.entry != connecting.exit))
     for draw in _TIGHTER:
         if not len(row):
             break
         start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
         drawn = draw(start, end)
-        least = np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE) * (1 - 1e-6)
-        fits = (lengths(drawn) > 0) & (lengths(drawn) < LONGEST_REDRAWN * lengths(plan, row))
         back = turns_back(drawn)
-        fits &= (smallest_radius(drawn) >= least) & (back == turns_back(plan)[row])
-        fits &= back | (draw is not _at_once)
+        least = np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE) * (1 - 1e-6)
+        longest = np.where(back, LONGEST_TURN_BACK, LONGEST_REDRAWN * lengths(plan, row))
+        fits = (lengths(drawn) > 0) & (lengths(drawn) < longest) & (smallest_radius(drawn) >= least)
+        fits &= (back == turns_back(plan)[row]) & (back | (draw is not _at_once))
         new = np.flatnonzero(fits)
         tried = replace_curves(plan, row[new], drawn, new)
         chosen = replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row[new])
