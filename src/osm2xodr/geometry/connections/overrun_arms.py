@@ -23,8 +23,10 @@ _SPACING: Final = 1.0
 # They run over an arm where their lane reaches farther into its carriageway than this, m, farther out than the first
 # and not as far as the second of these, m. Choices.
 _OVERLAP: Final = 0.3
-_FIRST: Final = 2.0
+_FIRST: Final = 1.5
 _FARTHEST: Final = 40.0
+# Arms on another layer lie at the height of their junction up to here, m. A choice: a steep ramp rises 0.5 m on it.
+_AT_JUNCTION: Final = 5.0
 # Arms may bend aside by this much up to there, m.
 _BEND: Final = 10.0
 # What is left between an arm and the ways that ran over it, m. A choice.
@@ -72,11 +74,12 @@ def ways_over_arms(
     """
     driven = np.flatnonzero(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
     connecting = connecting.at_rows(driven)
-    row, arm = _others(ends, layout, parts, connecting)
+    row, arm, farthest = _others(ends, layout, parts, connecting)
     if not len(row):
         return row, arm, np.zeros(0)
     pair, out = _overrun(parts, connecting, row, arm)
-    return driven[row[pair]], arm[pair], out
+    near = out < farthest[pair]
+    return driven[row[pair[near]]], arm[pair[near]], out[near]
 
 
 def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
@@ -89,8 +92,11 @@ def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecti
 
 def _others(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
-) -> tuple[IntArray, IntArray]:
-    """Return pairs of connecting roads and street ends of their junction, at one level, that they do not join."""
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return pairs of connecting roads and street ends of their junction that they do not join.
+
+    The third item is how far from its end the arm is at their level, m.
+    """
     street_end = parts.street_end()
     count = np.array([len(arms) for arms in layout.arms], np.int64)
     first = np.cumsum(count) - count
@@ -102,8 +108,8 @@ def _others(
     level = np.zeros(len(row), bool)
     for own in (entry, exit_):
         level |= (ends.layer[own] == ends.layer[arm]) | (ends.node[own] == ends.node[arm])
-    keep = (arm != entry) & (arm != exit_) & (parts.road_end[arm] >= 0) & level
-    return row[keep], arm[keep]
+    keep = (arm != entry) & (arm != exit_) & (parts.road_end[arm] >= 0)
+    return row[keep], arm[keep], np.where(level, _FARTHEST, _AT_JUNCTION)[keep]
 
 
 def _overrun(
