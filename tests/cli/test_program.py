@@ -588,7 +588,7 @@ def test_a_disk_that_fills_up(area: Path, out: Path) -> None:
         "resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))\n"
         "sys.exit(main(sys.argv[1:]))\n"
     )
-    command = [sys.executable, "-c", script, "convert", str(area), "-o", str(out), "--overwrite"]
+    command = [sys.executable, "-c", script, "convert", str(area), "-q", "-o", str(out), "--overwrite"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert error_line(done.stderr).startswith(f"cannot write {out}: file too large")
@@ -599,13 +599,13 @@ def test_a_disk_that_fills_up(area: Path, out: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no device that is always full")
 def test_standard_output_onto_a_full_disk(area: Path) -> None:
     with Path("/dev/full").open("wb") as full:
-        done = run("convert", area, "-o", "-", stdout=full, stderr=subprocess.PIPE)
+        done = run("convert", area, "-q", "-o", "-", stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 1
     assert error_line(done.stderr.decode()) == "cannot write standard output: no space left on device"
 
 
 def test_a_reader_that_goes_away(area: Path) -> None:
-    command = [sys.executable, "-m", "osm2xodr", "convert", str(area), "-o", "-"]
+    command = [sys.executable, "-m", "osm2xodr", "convert", str(area), "-q", "-o", "-"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stderr is not None

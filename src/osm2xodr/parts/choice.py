@@ -128,7 +128,8 @@ def _stretches_inside(file: OpenDrive, road: int, inside: Inside, kept: BoolArra
     in_cell = np.zeros(len(middle), np.bool_)
     known = np.isfinite(x + y)
     in_cell[known] = inside(x[known], y[known])
-    for end, near in ((0, middle < min(STUB, length / 2)), (1, middle > length - min(STUB, length / 2))):
+    for end, off in ((0, middle), (1, length - middle)):
+        near = (off < STUB) & (off <= length / 2)
         junction = int(file.roads.link[road, end])
         if file.roads.link_kind[road, end] == LinkKind.JUNCTION and junction != ABSENT:
             in_cell[near] = kept[junction]
@@ -142,7 +143,9 @@ def _stretches_inside(file: OpenDrive, road: int, inside: Inside, kept: BoolArra
 def _cells(file: OpenDrive, road: int) -> FloatArray:
     """Return where a road may be cut, with its ends; polynomials of plan views are not cut."""
     length = float(file.roads.length[road])
-    cuts = np.linspace(0.0, length, max(1, round(length / CELL)) + 1)
+    # Two at least where the junctions of both ends may be parted.
+    fewest = 1 + bool((file.roads.link_kind[road] == LinkKind.JUNCTION).all())
+    cuts = np.linspace(0.0, length, max(fewest, round(length / CELL)) + 1)
     plan = file.plan_view
     free = np.ones(len(cuts), np.bool_)
     more = []
@@ -154,6 +157,6 @@ def _cells(file: OpenDrive, road: int) -> FloatArray:
     inner = [s for s in more if CELL / 2 < s < length - CELL / 2]
     found = np.unique(np.concatenate([cuts[free], inner, [0.0, length]]))
     # Records that are shorter than a cell are not parted from the one before.
-    wide = np.concatenate([[True], np.diff(found) > CELL / 4])
+    wide = np.concatenate([[True], np.diff(found) > min(CELL / 4, length / 3)])
     wide[-1] = True
     return np.asarray(found[wide], np.float64)

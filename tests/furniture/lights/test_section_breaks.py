@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from junction_cases import CASES
 from street_cases import Case
 
+from osm2xodr.curves import curvature_at
 from osm2xodr.furniture.lights.section_breaks import cut_sections
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.model import Cubic, Lane, LaneType, RoadMap
@@ -83,9 +85,9 @@ def test_tight_bends_are_not_cut() -> None:
     nodes = {"w": (-60.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 60.0)}
     roads = Case(nodes, {1: ("w o n", "lanes=2 width=6")}).build()
     plan = roads.plan_view
-    bent = (plan.curvature != 0.0).nonzero()[0]
-    begin = float(plan.s[bent].min())
-    end = float((plan.s + plan.length)[bent].max())
+    s = np.linspace(0.0, LaneTable(roads).length(roads.roads[0].id), 2001)
+    bent = s[np.abs(curvature_at(plan, np.zeros(len(s), np.int64), s)) > 0.05]
+    begin, end = bent[[0, -1]].tolist()
     assert 20.0 < begin < end < 100.0
     for s, parts in ((begin - 4.0, 2), (begin - 1.0, 1), (0.5 * (begin + end), 1), (end + 1.0, 1), (end + 4.0, 2)):
         assert len(cut_sections(roads, [(roads.roads[0].id, s)]).roads[0].lane_sections) == parts

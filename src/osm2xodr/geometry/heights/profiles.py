@@ -20,7 +20,6 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.lane_grades import ease_lane_grades
 from osm2xodr.geometry.heights.limits import (
     Limits,
     limit_clearances,
@@ -46,7 +45,7 @@ from osm2xodr.geometry.heights.report import (
 )
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
-from osm2xodr.geometry.heights.superelevation import road_superelevation
+from osm2xodr.geometry.heights.superelevation import ease_lane_grades, road_superelevation
 from osm2xodr.model import BoolArray, FloatArray, Surface
 from osm2xodr.system import release_memory
 

@@ -18,10 +18,10 @@ from scipy.sparse.linalg import splu
 from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossfall import designed_crossfall
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
 from osm2xodr.geometry.heights.problem import fast_spans
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
+from osm2xodr.geometry.heights.superelevation.crossfall import designed_crossfall
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
 # Places across the carriageway that are read, and their distance from its edges, m.

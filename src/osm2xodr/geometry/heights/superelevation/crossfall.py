@@ -32,10 +32,11 @@ def designed_crossfall(network: Network) -> FloatArray:
     problem, span = network.problem, network.elements.span[network.samples.element]
     speed = _design_speed(problem)[span]
     k = _mean_curvature(network)
-    adverse = speed**2 * np.abs(k) / _GRAVITY > defaults.CROSSFALL_ADVERSE_FRICTION
+    asked = speed**2 * np.abs(k) / _GRAVITY
+    adverse = asked > defaults.CROSSFALL_ADVERSE_FRICTION
     friction = np.interp(speed, defaults.SIDE_FRICTION_SPEEDS, defaults.SIDE_FRICTION)
-    sharpest = _GRAVITY * (defaults.CROSSFALL_DESIGN_MAX + friction) / speed**2
-    demand = defaults.CROSSFALL_DESIGN_MAX * np.minimum(np.abs(k) / sharpest, 1.0)
+    most = defaults.CROSSFALL_DESIGN_MAX
+    demand = most * np.minimum(asked / (most + friction), 1.0)
     oneway = np.zeros(len(span)) if problem.span_oneway is None else problem.span_oneway[span]
     outward = defaults.CROSSFALL_LEAST * np.where(problem.rule is Rule.RIGHT_HAND, 1.0, -1.0) * oneway
     slope = np.where(adverse, -np.sign(k) * np.maximum(demand, defaults.CROSSFALL_LEAST), outward)
@@ -43,9 +44,9 @@ def designed_crossfall(network: Network) -> FloatArray:
 
 
 def _design_speed(problem: ProfileProblem) -> FloatArray:
-    """Return the speed of each span, (K,), m/s: the limit up to the fastest that roads are designed for."""
+    """Return the speed of each span, (K,), m/s: the limit up to what its class is designed for, 0 if for none."""
     given = np.full(len(problem.span_s), np.nan) if problem.span_speed is None else problem.span_speed
-    fastest = np.array([defaults.DESIGN_SPEED.get(highway, np.nan) for highway in problem.span_highway])
+    fastest = np.array([defaults.DESIGN_SPEED.get(highway, 0.0) for highway in problem.span_highway])
     return np.fmin(given, fastest)
 
 

@@ -1,0 +1,12 @@
+"""Superelevation: how roads slope across.
+
+`cross_slope` of fast roads, as measured or designed · `crossfall` that they are designed with · `lane_grades` a
+little of it that spares lanes steps of their grade
+"""
+
+from __future__ import annotations
+
+from osm2xodr.geometry.heights.superelevation.cross_slope import road_superelevation
+from osm2xodr.geometry.heights.superelevation.lane_grades import ease_lane_grades
+
+__all__ = ["ease_lane_grades", "road_superelevation"]
