@@ -20,12 +20,11 @@ _LEAST_SLOPE: Final = 0.2
 # The same for the shape of a clothoid between two headings, rad; -1/6 is its slope where it is straight.
 _SHAPE_TOLERANCE: Final = 1e-13
 _LEAST_SHAPE_SLOPE: Final = 2e-2
-# Gauss-Legendre quadrature for whole spirals between two headings, which turn by 2.4 rad at most, and for those whose
-# headings both differ by less than so many rad from that of the chord.
+# Gauss-Legendre quadrature for whole spirals between two headings, which turn by 2.4 rad at most. Those that turn by
+# less than a panel are found by series, in so many rounds.
 _BETWEEN: Final = roots_legendre(12)
-_BETWEEN_SMALL: Final = roots_legendre(7)
-_SMALL: Final = 0.25
-
+_SERIES_ROUNDS: Final = 4
+_ASIDE_LAST: Final = 32 / 467775
 _NO_ROWS: Final = np.zeros(0, np.int64)
 _Step = tuple[FloatArray, FloatArray, FloatArray]
 
@@ -92,11 +91,14 @@ def _unlike_arcs(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
         (-2 / 45 + a2 * (11 / 945 + a2 * (11 / 56700 + a2 * (173 / 3742200))))
         + b2 * (2 / 2835 - a2 * (1 / 7425) - b2 * (316 / 127702575))
     )
-    aside = b * (
-        (1 / 3 - a2 * (2 / 45 + a2 * (4 / 945 + a2 * (2 / 4725 + a2 * (4 / 93555)))))
-        - b2 * (8 / 2835 + a2 * (8 / 14175 - a2 * (8 / 66825)) + b2 * (32 / 467775))
-    )
-    return longer, aside
+    straight, rest = _aside_series(a2)
+    return longer, b * (straight - b2 * (rest + b2 * _ASIDE_LAST))
+
+
+def _aside_series(a2: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the factors of b and -b³ in the angle of `_unlike_arcs`, by a²; that of -b⁵ is `_ASIDE_LAST`."""
+    straight = 1 / 3 - a2 * (2 / 45 + a2 * (4 / 945 + a2 * (2 / 4725 + a2 * (4 / 93555))))
+    return straight, 8 / 2835 + a2 * (8 / 14175 - a2 * (8 / 66825))
 
 
 def _in_panels(curvature: FloatArray, rate: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -120,23 +122,29 @@ def spirals_between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArra
 
     The turn after the share q of such a clothoid is (b - a - A) q + A q², with A its shape: its curvature times its
     length is b - a - A at its start and b - a + A at its end (Bertolazzi and Frego 2015, doi:10.1002/mma.3114).
-    Newton's method finds the A that ends on the chord.
+    That A ends on the chord whose direction, by the series of `_unlike_arcs` with a quarter of A, is -a; Newton's
+    method finds it where spirals turn by more.
     """
-    shape, ahead = np.empty(len(a)), np.empty(len(a))
-    small = np.maximum(np.abs(a), np.abs(b)) < _SMALL
-    for row, rule in ((np.flatnonzero(small), _BETWEEN_SMALL), (np.flatnonzero(~small), _BETWEEN)):
-        if len(row):
-            shape[row], ahead[row] = _between(a[row], b[row], *rule)
+    turn, aim = 0.5 * (b - a), 0.5 * (a + b)
+    straight, rest = _aside_series(turn * turn)
+    bend = 1.5 * aim
+    for _ in range(_SERIES_ROUNDS):
+        square = bend * bend
+        bend = aim / (1.0 - straight + square * (rest + square * _ASIDE_LAST))
+    shape, ahead = 4.0 * bend, _sinc(turn) + _unlike_arcs(turn, bend)[0]
+    row = np.flatnonzero(np.abs(turn) + 2.0 * np.abs(bend) > 0.5 * _PANEL_TURN)
+    if len(row):
+        shape[row], ahead[row] = _between(a[row], b[row])
     return shape, 1.0 / np.maximum(ahead, _LEAST_SLOPE)
 
 
-def _between(a: FloatArray, b: FloatArray, nodes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the shape of clothoids from heading a to b, and their chord by their length, (n,)."""
     turn = b - a
     shape = 3.0 * (a + b)
     for _ in range(_NEWTON_ROUNDS):
         off, slope, ahead = np.zeros(len(a)), np.zeros(len(a)), np.zeros(len(a))
-        for node, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
+        for node, weight in zip(*(item.tolist() for item in _BETWEEN), strict=True):
             q = 0.5 * (1.0 + node)
             heading = a + q * (turn - shape + shape * q)
             cos = weight * np.cos(heading)
