@@ -8,12 +8,24 @@ through the points between them have one curvature where they meet.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from osm2xodr.curves import end_curvature, lengths, owners, runs, smallest_radius, spirals_between, starts, wrapped
+from osm2xodr.curves import (
+    chosen_curves,
+    end_curvature,
+    lengths,
+    owners,
+    runs,
+    smallest_radius,
+    spirals_between,
+    stack_plan_views,
+    starts,
+    wrapped,
+)
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
 from osm2xodr.geometry.plan_view.smooth_offsets import (
@@ -41,7 +53,7 @@ _CORNER_KNOTS: Final = 0.15
 _EVEN_ROUNDS: Final = 2
 _HEADING_ROUNDS: Final = 30
 # Headings have settled where no curvature steps by more, 1/m; in a round none turns by more than this, rad.
-_SETTLED: Final = 1e-11
+_SETTLED: Final = 1e-9
 _TURN_AT_ONCE: Final = 0.3
 # A curve that steps by more than this, 1/m, or moves by more than so many times `SMOOTH_SHIFT_MOST`, or whose radius
 # shrinks to less than this share, is no better: it stays lines and arcs. Numerics and choices.
@@ -51,7 +63,8 @@ _RADIUS_SHARE: Final = 0.85
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6
-
+# Curves of so much length, m, are worked on at a time: what a processor's cache holds of them. Numerics.
+_BLOCK: Final = 1e5
 
 # Places on curves: index of the curve and s, m, both (n,).
 OnCurves = tuple[IntArray, FloatArray]
@@ -79,6 +92,40 @@ def smooth_curves(
     Ends stay where they are; those that are `held`, (curves, 2), also keep their headings. Curves pass nearer to
     `nodes`, and have more knots at `corners`.
     """
+    found = [
+        _smooth(
+            chosen_curves(plan, np.arange(*ends)),
+            held[slice(*ends)],
+            _between(nodes, *ends),
+            _between(corners, *ends),
+        )
+        for ends in _blocks(lengths(plan))
+    ]
+    if len(found) == 1:
+        return found[0]
+    return SmoothCurves(
+        stack_plan_views(*(item.plan_view for item in found)),
+        *(np.concatenate([getattr(item, name) for item in found]) for name in ("good", "worst")),
+        starts(np.concatenate([np.diff(item.first) for item in found])),
+        *(np.concatenate([getattr(item, name) for item in found]) for name in ("before", "after")),
+    )
+
+
+def _blocks(length: FloatArray) -> list[tuple[int, int]]:
+    """Return first and last curve + 1 of blocks of curves, by their lengths, (curves,), m."""
+    block = (np.cumsum(length) / _BLOCK).astype(np.int64)
+    border = [0, *(np.flatnonzero(np.diff(block)) + 1).tolist(), len(length)]
+    return list(pairwise(border))
+
+
+def _between(places: OnCurves, first: int, end: int) -> OnCurves:
+    """Return the places on some of the curves."""
+    row = (places[0] >= first) & (places[0] < end)
+    return places[0][row] - first, places[1][row]
+
+
+def _smooth(plan: PlanView, held: BoolArray, nodes: OnCurves, corners: OnCurves) -> SmoothCurves:
+    """Return smooth curves as `smooth_curves` does, all at once."""
     points = before = FinePoints.along(plan, np.arange(len(held)))
     weight = np.zeros(len(points.s))
     weight[points.nearest(*nodes)] = _NODE
