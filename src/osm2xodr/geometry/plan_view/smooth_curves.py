@@ -101,14 +101,12 @@ def smooth_curves(
         )
         for ends in _blocks(lengths(plan))
     ]
-    if len(found) == 1:
-        return found[0]
-    return SmoothCurves(
-        stack_plan_views(*(item.plan_view for item in found)),
-        *(np.concatenate([getattr(item, name) for item in found]) for name in ("good", "worst")),
-        starts(np.concatenate([np.diff(item.first) for item in found])),
-        *(np.concatenate([getattr(item, name) for item in found]) for name in ("before", "after")),
+    good, worst, before, after, knots = (
+        np.concatenate(items)
+        for items in zip(*((k.good, k.worst, k.before, k.after, np.diff(k.first)) for k in found), strict=True)
     )
+    plan_view = stack_plan_views(*(item.plan_view for item in found))
+    return SmoothCurves(plan_view, good, worst, starts(knots), before, after)
 
 
 def _blocks(length: FloatArray) -> list[tuple[int, int]]:
