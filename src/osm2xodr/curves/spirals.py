@@ -11,7 +11,7 @@ from osm2xodr.model import FloatArray
 
 # Series for panels that turn by no more, at the curvature of their sharper end, rad; only damaged files have spirals
 # that need more than so many panels.
-_PANEL_TURN: Final = 0.8
+_PANEL_TURN: Final = 1.0
 _MOST_PANELS: Final = 512
 # Newton's method ends where it moves a place by less, m; the least slope that steps are divided by.
 _NEWTON_ROUNDS: Final = 12
@@ -24,7 +24,6 @@ _LEAST_SHAPE_SLOPE: Final = 2e-2
 # less than a panel are found by series, in so many rounds.
 _BETWEEN: Final = roots_legendre(12)
 _SERIES_ROUNDS: Final = 4
-_ASIDE_LAST: Final = 32 / 467775
 _NO_ROWS: Final = np.zeros(0, np.int64)
 _Step = tuple[FloatArray, FloatArray, FloatArray]
 
@@ -84,21 +83,26 @@ def _unlike_arcs(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     From the middle, with q from -1 to 1, the turn is a q + b q². These are the series in a and b of the absolute
     value, less sinc(a), and of the angle of the mean of exp(i (a q + b q²)); what is left out is below 1e-10 where
-    |a| + 2 |b| is below 0.4.
+    |a| + 2 |b| is below half of `_PANEL_TURN`.
     """
     a2, b2 = a * a, b * b
     longer = b2 * (
-        (-2 / 45 + a2 * (11 / 945 + a2 * (11 / 56700 + a2 * (173 / 3742200))))
+        (-2 / 45 + a2 * (11 / 945 + a2 * (11 / 56700 + a2 * (173 / 3742200 + a2 * (175379 / 40864824000)))))
         + b2 * (2 / 2835 - a2 * (1 / 7425) - b2 * (316 / 127702575))
     )
-    straight, rest = _aside_series(a2)
-    return longer, b * (straight - b2 * (rest + b2 * _ASIDE_LAST))
+    return longer, b * _aside(_aside_series(a2), b2)
 
 
 def _aside_series(a2: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the factors of b and -b³ in the angle of `_unlike_arcs`, by a²; that of -b⁵ is `_ASIDE_LAST`."""
-    straight = 1 / 3 - a2 * (2 / 45 + a2 * (4 / 945 + a2 * (2 / 4725 + a2 * (4 / 93555))))
+    """Return the factors of b and -b³ in the angle of `_unlike_arcs`, by a²."""
+    straight = 1 / 3 - a2 * (2 / 45 + a2 * (4 / 945 + a2 * (2 / 4725 + a2 * (4 / 93555 + a2 * (2764 / 638512875)))))
     return straight, 8 / 2835 + a2 * (8 / 14175 - a2 * (8 / 66825))
+
+
+def _aside(series: tuple[FloatArray, FloatArray], b2: FloatArray) -> FloatArray:
+    """Return the angle of `_unlike_arcs` by b, of b²."""
+    straight, third = series
+    return straight - b2 * (third + b2 * (32 / 467775 + b2 * (2944 / 1915538625)))
 
 
 def _in_panels(curvature: FloatArray, rate: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -126,11 +130,10 @@ def spirals_between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArra
     method finds it where spirals turn by more.
     """
     turn, aim = 0.5 * (b - a), 0.5 * (a + b)
-    straight, rest = _aside_series(turn * turn)
+    series = _aside_series(turn * turn)
     bend = 1.5 * aim
     for _ in range(_SERIES_ROUNDS):
-        square = bend * bend
-        bend = aim / (1.0 - straight + square * (rest + square * _ASIDE_LAST))
+        bend = aim / (1.0 - _aside(series, bend * bend))
     shape, ahead = 4.0 * bend, _sinc(turn) + _unlike_arcs(turn, bend)[0]
     row = np.flatnonzero(np.abs(turn) + 2.0 * np.abs(bend) > 0.5 * _PANEL_TURN)
     if len(row):

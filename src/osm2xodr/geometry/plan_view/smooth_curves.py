@@ -189,21 +189,26 @@ def _knots(points: FinePoints, curvature: FloatArray, room: FloatArray) -> IntAr
     end[points.start[:-1]] = end[points.start[1:] - 1] = True
     sharp = defaults.SMOOTH_KNOT / _RADIUS_CHANGE / sharpest_near(points)
     knot, so_far = np.arange(len(end)), np.zeros(len(end))
+    s, bend, hdg = points.s, curvature, points.hdg
     while True:
-        a, b, c = knot[:-2], knot[1:-1], knot[2:]
-        before, after = points.s[b] - points.s[a], points.s[c] - points.s[b]
-        whole = np.where(end[b], 1.0, before + after)
-        off = np.abs(curvature[b] - (curvature[a] * after + curvature[c] * before) / whole)
-        off *= np.maximum(whole**2 / _BUMP, sharp[b])
-        error = off + np.maximum(so_far[a], so_far[b])
-        apart = end[b] | (np.abs(points.hdg[c] - points.hdg[a]) > _MOST_TURN)
-        cost = np.where(~apart & (error < room[b]), error, np.inf)
-        left, right = np.append(np.inf, cost[:-1]), np.append(cost[1:], np.inf)
-        drop = np.isfinite(cost) & (cost < left) & (cost <= right)
-        if not drop.any():
+        step = np.diff(s)
+        before, after = step[:-1], step[1:]
+        whole = np.where(end[1:-1], 1.0, before + after)
+        off = np.abs(bend[1:-1] - (bend[:-2] * after + bend[2:] * before) / whole)
+        off *= np.maximum(whole**2 / _BUMP, sharp[1:-1])
+        error = off + np.maximum(so_far[:-2], so_far[1:-1])
+        free = (error < room[1:-1]) & ~end[1:-1] & (np.abs(hdg[2:] - hdg[:-2]) <= _MOST_TURN)
+        cost = np.full(len(knot), np.inf)
+        cost[1:-1][free] = error[free]
+        drop = free & (cost[1:-1] < cost[:-2]) & (cost[1:-1] <= cost[2:])
+        row = np.flatnonzero(drop) + 1
+        if not len(row):
             return knot
-        so_far[a[drop]] = np.maximum(so_far[a[drop]], error[drop])
-        knot = np.delete(knot, 1 + np.flatnonzero(drop))
+        so_far[row - 1] = np.maximum(so_far[row - 1], cost[row])
+        kept = np.ones(len(knot), bool)
+        kept[row] = False
+        knot, so_far, end, sharp, room = knot[kept], so_far[kept], end[kept], sharp[kept], room[kept]
+        s, bend, hdg = s[kept], bend[kept], hdg[kept]
 
 
 def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanView, FloatArray]:
