@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
-from osm2xodr.curves.spirals import arc_step
+from osm2xodr.curves.spirals import chords
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Pieces of curves that are not longer than this are left out, m: rounding errors.
@@ -41,12 +41,15 @@ def advance(
     rate: FloatArray | None = None,
 ) -> _Pose:
     """Return x, y and heading ds farther on, (n,), m and rad, where the curvature is curvature + rate · s."""
-    # A good third of all records are lines, which need none of this.
-    bent = np.flatnonzero(curvature if rate is None else (curvature != 0.0) | (rate != 0.0))
-    u, v, turn = ds.copy(), np.zeros(len(ds)), np.zeros(len(ds))
-    u[bent], v[bent], turn[bent] = arc_step(curvature[bent], ds[bent], None if rate is None else rate[bent])
-    cos, sin = np.cos(hdg), np.sin(hdg)
-    return x + cos * u - sin * v, y + sin * u + cos * v, hdg + turn
+    chord, towards, turn = chords(curvature, ds, rate)
+    towards += hdg
+    turn += hdg
+    ahead, aside = np.cos(towards), np.sin(towards)
+    ahead *= chord
+    ahead += x
+    aside *= chord
+    aside += y
+    return ahead, aside, turn
 
 
 def lengths(plan: PlanView, curves: slice | IntArray = slice(None)) -> FloatArray:

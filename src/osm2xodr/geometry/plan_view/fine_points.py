@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, find_record, lengths, owners, pose, ranks, record_turns, runs, starts, wrapped
+from osm2xodr.curves import advance, find_record, lengths, owners, ranks, record_turns, runs, starts, wrapped
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -42,13 +42,21 @@ class FinePoints:
         owner = np.repeat(np.arange(len(rows)), count)
         spacing = (length / (count - 1))[owner]
         s = spacing * ranks(count)
-        begin, end = np.maximum(s - spacing / 2, 0.0), np.minimum(s + spacing / 2, length[owner])
         record = find_record(plan.start, plan.s, rows[owner], s)
         begins = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
         x, y, hdg = advance(*begins, s - plan.s[record], plan.rate[record])
-        turn = wrapped(pose(plan, rows[owner], end)[2] - pose(plan, rows[owner], begin)[2])
         start = starts(count)
-        return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin), _cuts(plan)[record])
+        first, last = start[:-1], start[1:] - 1
+        # Headings half-way to the next point, at last at the end.
+        half = s + 0.5 * spacing
+        half[last] = length
+        ahead = _headings(plan, rows[owner], half)
+        turn, over = np.diff(ahead, prepend=0.0), spacing.copy()
+        turn[first] = ahead[first] - hdg[first]
+        over[first] *= 0.5
+        over[last] *= 0.5
+        turn = wrapped(turn)
+        return cls(start, s, spacing, x, y, continuous(hdg, start), turn / over, _cuts(plan)[record])
 
     def nearest(self, curve: IntArray, s: FloatArray) -> IntArray:
         """Return the points nearest to places s along curves as they were taken, both (n,)."""
@@ -89,6 +97,13 @@ class FinePoints:
         count = np.diff(self.start)[curves]
         row = runs(self.start[curves], count)
         return FinePoints(starts(count), *(getattr(self, item.name)[row] for item in fields(self)[1:])), row
+
+
+def _headings(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
+    """Return the headings at s of curves, all (n,), rad."""
+    record = find_record(plan.start, plan.s, curve, s)
+    ds = s - plan.s[record]
+    return np.asarray(plan.hdg[record] + ds * (plan.curvature[record] + 0.5 * plan.rate[record] * ds))
 
 
 def _cuts(plan: PlanView) -> FloatArray:

@@ -8,12 +8,24 @@ through the points between them have one curvature where they meet.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from osm2xodr.curves import end_curvature, lengths, owners, runs, smallest_radius, spirals_between, starts, wrapped
+from osm2xodr.curves import (
+    chosen_curves,
+    end_curvature,
+    lengths,
+    owners,
+    runs,
+    smallest_radius,
+    spirals_between,
+    stack_plan_views,
+    starts,
+    wrapped,
+)
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
 from osm2xodr.geometry.plan_view.smooth_offsets import (
@@ -41,7 +53,7 @@ _CORNER_KNOTS: Final = 0.15
 _EVEN_ROUNDS: Final = 2
 _HEADING_ROUNDS: Final = 30
 # Headings have settled where no curvature steps by more, 1/m; in a round none turns by more than this, rad.
-_SETTLED: Final = 1e-11
+_SETTLED: Final = 1e-9
 _TURN_AT_ONCE: Final = 0.3
 # A curve that steps by more than this, 1/m, or moves by more than so many times `SMOOTH_SHIFT_MOST`, or whose radius
 # shrinks to less than this share, is no better: it stays lines and arcs. Numerics and choices.
@@ -51,7 +63,8 @@ _RADIUS_SHARE: Final = 0.85
 # Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
 # take spirals for part of a standard one lose their place on long thin parts.
 _SAME_HEADING: Final = 1e-6
-
+# Curves of so much length, m, are worked on at a time: what a processor's cache holds of them. Numerics.
+_BLOCK: Final = 1e5
 
 # Places on curves: index of the curve and s, m, both (n,).
 OnCurves = tuple[IntArray, FloatArray]
@@ -79,6 +92,38 @@ def smooth_curves(
     Ends stay where they are; those that are `held`, (curves, 2), also keep their headings. Curves pass nearer to
     `nodes`, and have more knots at `corners`.
     """
+    found = [
+        _smooth(
+            chosen_curves(plan, np.arange(*ends)),
+            held[slice(*ends)],
+            _between(nodes, *ends),
+            _between(corners, *ends),
+        )
+        for ends in _blocks(lengths(plan))
+    ]
+    good, worst, before, after, knots = (
+        np.concatenate(items)
+        for items in zip(*((k.good, k.worst, k.before, k.after, np.diff(k.first)) for k in found), strict=True)
+    )
+    plan_view = stack_plan_views(*(item.plan_view for item in found))
+    return SmoothCurves(plan_view, good, worst, starts(knots), before, after)
+
+
+def _blocks(length: FloatArray) -> list[tuple[int, int]]:
+    """Return first and last curve + 1 of blocks of curves, by their lengths, (curves,), m."""
+    block = (np.cumsum(length) / _BLOCK).astype(np.int64)
+    border = [0, *(np.flatnonzero(np.diff(block)) + 1).tolist(), len(length)]
+    return list(pairwise(border))
+
+
+def _between(places: OnCurves, first: int, end: int) -> OnCurves:
+    """Return the places on some of the curves."""
+    row = (places[0] >= first) & (places[0] < end)
+    return places[0][row] - first, places[1][row]
+
+
+def _smooth(plan: PlanView, held: BoolArray, nodes: OnCurves, corners: OnCurves) -> SmoothCurves:
+    """Return smooth curves as `smooth_curves` does, all at once."""
     points = before = FinePoints.along(plan, np.arange(len(held)))
     weight = np.zeros(len(points.s))
     weight[points.nearest(*nodes)] = _NODE
@@ -144,21 +189,26 @@ def _knots(points: FinePoints, curvature: FloatArray, room: FloatArray) -> IntAr
     end[points.start[:-1]] = end[points.start[1:] - 1] = True
     sharp = defaults.SMOOTH_KNOT / _RADIUS_CHANGE / sharpest_near(points)
     knot, so_far = np.arange(len(end)), np.zeros(len(end))
+    s, bend, hdg = points.s, curvature, points.hdg
     while True:
-        a, b, c = knot[:-2], knot[1:-1], knot[2:]
-        before, after = points.s[b] - points.s[a], points.s[c] - points.s[b]
-        whole = np.where(end[b], 1.0, before + after)
-        off = np.abs(curvature[b] - (curvature[a] * after + curvature[c] * before) / whole)
-        off *= np.maximum(whole**2 / _BUMP, sharp[b])
-        error = off + np.maximum(so_far[a], so_far[b])
-        apart = end[b] | (np.abs(points.hdg[c] - points.hdg[a]) > _MOST_TURN)
-        cost = np.where(~apart & (error < room[b]), error, np.inf)
-        left, right = np.append(np.inf, cost[:-1]), np.append(cost[1:], np.inf)
-        drop = np.isfinite(cost) & (cost < left) & (cost <= right)
-        if not drop.any():
+        step = np.diff(s)
+        before, after = step[:-1], step[1:]
+        whole = np.where(end[1:-1], 1.0, before + after)
+        off = np.abs(bend[1:-1] - (bend[:-2] * after + bend[2:] * before) / whole)
+        off *= np.maximum(whole**2 / _BUMP, sharp[1:-1])
+        error = off + np.maximum(so_far[:-2], so_far[1:-1])
+        free = (error < room[1:-1]) & ~end[1:-1] & (np.abs(hdg[2:] - hdg[:-2]) <= _MOST_TURN)
+        cost = np.full(len(knot), np.inf)
+        cost[1:-1][free] = error[free]
+        drop = free & (cost[1:-1] < cost[:-2]) & (cost[1:-1] <= cost[2:])
+        row = np.flatnonzero(drop) + 1
+        if not len(row):
             return knot
-        so_far[a[drop]] = np.maximum(so_far[a[drop]], error[drop])
-        knot = np.delete(knot, 1 + np.flatnonzero(drop))
+        so_far[row - 1] = np.maximum(so_far[row - 1], cost[row])
+        kept = np.ones(len(knot), bool)
+        kept[row] = False
+        knot, so_far, end, sharp, room = knot[kept], so_far[kept], end[kept], sharp[kept], room[kept]
+        s, bend, hdg = s[kept], bend[kept], hdg[kept]
 
 
 def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanView, FloatArray]:

@@ -47,13 +47,14 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
         owner = owners(part.start)
         aside[row] = found = _solved(part, scale[row], held[curves], nodes=nodes[row])
         mean = np.abs(_averaged(part, found, scale[row])) / defaults.SMOOTH_SHIFT
-        excess = (np.maximum(mean, np.abs(found) / defaults.SMOOTH_SHIFT_MOST) / share[row]) ** (1 / 3)
-        sharper = (np.abs(part.bent(found)) * radius[row] / _SHARPER) ** 4
-        factor = np.clip(1.0 / np.maximum(np.maximum(excess, sharper), 1e-3), *_SHRINK)
+        excess = np.maximum(mean, np.abs(found) / defaults.SMOOTH_SHIFT_MOST) / share[row]
+        sharper = np.abs(part.bent(found)) * radius[row] / _SHARPER
         bad = (excess > 1.0) | (sharper > 1.0)
         if not bad.any():
             break
-        shrunk = np.where(bad, np.maximum(scale[row] * factor, _SHORTEST), scale[row])
+        factor = np.clip(1.0 / np.maximum(excess[bad] ** (1 / 3), sharper[bad] ** 4), *_SHRINK)
+        shrunk = scale[row]
+        shrunk[bad] = np.maximum(shrunk[bad] * factor, _SHORTEST)
         scale[row] = _graded(part, shrunk)
         curves = curves[np.unique(owner[bad])]
     return aside
