@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from scipy.special import fresnel
+from scipy.special import fresnel, roots_legendre
 
 from osm2xodr.curves import (
     chain_curves,
@@ -110,3 +110,15 @@ def test_a_spiral_between_two_headings_ends_on_its_chord(before: float, after: f
     assert u[0] * np.cos(before) - v[0] * np.sin(before) == pytest.approx(1.0, abs=1e-9)
     assert u[0] * np.sin(before) + v[0] * np.cos(before) == pytest.approx(0.0, abs=1e-9)
     assert turn[0] == pytest.approx(after - before, abs=1e-12)
+
+
+@given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(0.1, 40.0))
+def test_a_spiral_step_is_the_integral_of_its_direction(first: float, last: float, length: float) -> None:
+    """They turn by up to 2 rad: in one piece and in two."""
+    nodes, weights = roots_legendre(40)
+    s = length * (nodes + 1.0) / 2.0
+    heading = first * s + (last - first) / length * s**2 / 2.0
+    u, v, turn = _step(first, (last - first) / length, length)
+    assert u[0] == pytest.approx(length / 2.0 * float(weights @ np.cos(heading)), abs=2e-9)
+    assert v[0] == pytest.approx(length / 2.0 * float(weights @ np.sin(heading)), abs=2e-9)
+    assert turn[0] == pytest.approx((first + last) / 2.0 * length, abs=1e-12)

@@ -191,7 +191,8 @@ def _places(
     begin = (begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][owners(first)]).tolist()
     rows: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
     for k, (curve, lo, hi) in enumerate(zip(parts.curve.tolist(), parts.lo.tolist(), parts.hi.tolist(), strict=True)):
-        before, after = ways.get((curve, lo), (np.array([0.0, hi - lo]), np.array([0.0, hi - lo])))
+        found = ways.get((curve, lo))
+        before, after = (np.array([0.0, hi - lo]),) * 2 if found is None else found
         rows.setdefault(curve, []).append((before + lo, after + begin[k]))
     return {
         curve: items[0]
