@@ -45,8 +45,9 @@ def draw_tighter(
         start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
         drawn = draw(start, end)
         back = turns_back(drawn)
-        least = np.where(back, U_TURN_RADIUS, TURNING_RADIUS_ACUTE)
-        least = np.minimum(smallest_radius(plan)[row], least) * (1 - 1e-6)
+        least = np.where(back, U_TURN_RADIUS, np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE)) * (
+            1 - 1e-6
+        )
         longest = np.where(back, LONGEST_TURN_BACK, LONGEST_REDRAWN * lengths(plan, row))
         fits = (lengths(drawn) > 0) & (lengths(drawn) < longest) & (smallest_radius(drawn) >= least)
         fits &= (back == turns_back(plan)[row]) & (back | (draw is not _at_once))
