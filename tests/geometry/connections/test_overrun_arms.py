@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,6 +12,9 @@ from road_measures import RoadMeasures, assert_sound
 from street_cases import Case
 
 from osm2xodr.curves import pose, project
+from osm2xodr.geometry.connections import ConnectingRoads, clear_arms_at_last, overrun_arms
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import RoadMap, Rule
 
 
@@ -48,3 +53,20 @@ def test_the_arm_ahead_of_a_swing_gives_way(rule: Rule) -> None:
     roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
     assert_sound(roads)
     assert farthest_overrun(roads, 2) <= 2.0
+
+
+@pytest.mark.parametrize(
+    ("far", "other", "given"),
+    [(4.0, 0.0, (4.5, 0.0)), (20.0, 0.0, (8.98, 0.0)), (9.5, 9.5, (4.49, 4.49)), (0.0, 0.0, (0.0, 0.0))],
+)
+def test_an_end_may_take_what_the_other_has_not(
+    far: float, other: float, given: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A street of 30 m gives 10 m and 8 m to its junctions; 3 m and 2 cm of the other 12 m stay."""
+    found = np.array([far, other])
+    arms = np.flatnonzero(found)
+    monkeypatch.setattr(overrun_arms, "ways_over_arms", lambda *_: (0 * arms, arms, found[arms]))
+    ends = cast("StreetEnds", SimpleNamespace(length=np.array([30.0, 30.0])))
+    layout = cast("JunctionLayout", SimpleNamespace(trim=np.array([10.0, 8.0]), junction=np.array([0, 1])))
+    trim = clear_arms_at_last(ends, layout, cast("RoadParts", None), cast("ConnectingRoads", None))
+    assert trim - layout.trim == pytest.approx(given)

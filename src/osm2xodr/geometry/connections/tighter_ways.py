@@ -22,6 +22,7 @@ from osm2xodr.geometry.connections.defaults import (
 from osm2xodr.geometry.connections.overrun_arms import ways_over_arms
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back, turns_back
+from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import PlanView
@@ -44,7 +45,9 @@ def draw_tighter(
         start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
         drawn = draw(start, end)
         back = turns_back(drawn)
-        least = np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE) * (1 - 1e-6)
+        least = np.where(back, U_TURN_RADIUS, np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE)) * (
+            1 - 1e-6
+        )
         longest = np.where(back, LONGEST_TURN_BACK, LONGEST_REDRAWN * lengths(plan, row))
         fits = (lengths(drawn) > 0) & (lengths(drawn) < longest) & (smallest_radius(drawn) >= least)
         fits &= (back == turns_back(plan)[row]) & (back | (draw is not _at_once))
