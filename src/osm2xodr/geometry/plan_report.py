@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -35,30 +36,18 @@ def report_squeezed_streets(network: StreetNetwork, layout: JunctionLayout, diag
         diagnostics.repaired("street-too-short", f"way/{way}", text)
 
 
-def report_impossible_turns(
-    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+# Why turns are left out.
+IMPOSSIBLE: Final = "the arms lie on each other, a turn between is left out"
+NEEDLESS: Final = "a turn that hardly any car drives is left out: another way leads there"
+LONG_TURN_BACK: Final = "a turn back from arm to arm is left out: it would swing far out over the carriageways"
+
+
+def report_turns_left_out(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, why: str, diagnostics: Diagnostics
 ) -> None:
-    """Report junctions with turns that were left out, (turns,)."""
+    """Report junctions with turns that were left out, (turns,), for a reason of these."""
     for osm_id in _nodes(network, layout, junctions):
-        diagnostics.dropped("no-room-to-turn", osm_id, "the arms lie on each other, a turn between is left out")
-
-
-def report_needless_turns(
-    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
-) -> None:
-    """Report junctions with sharp turns that were left out because another way leads there, (turns,)."""
-    for osm_id in _nodes(network, layout, junctions):
-        text = "a turn that hardly any car drives is left out: another way leads there"
-        diagnostics.dropped("no-room-to-turn", osm_id, text)
-
-
-def report_long_turns_back(
-    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
-) -> None:
-    """Report junctions with turns back that were left out because they are too long, (turns,)."""
-    for osm_id in _nodes(network, layout, junctions):
-        text = "a turn back from arm to arm is left out: it would swing far out over the carriageways"
-        diagnostics.dropped("no-room-to-turn", osm_id, text)
+        diagnostics.dropped("no-room-to-turn", osm_id, why)
 
 
 def report_sharp_turns(

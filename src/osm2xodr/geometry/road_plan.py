@@ -44,15 +44,16 @@ from osm2xodr.geometry.junctions import (
 )
 from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
 from osm2xodr.geometry.plan_report import (
+    IMPOSSIBLE,
+    LONG_TURN_BACK,
+    NEEDLESS,
     refuse_without_roads,
     report_absorbed_streets,
-    report_impossible_turns,
     report_lane_changes,
-    report_long_turns_back,
     report_missing_corners,
-    report_needless_turns,
     report_sharp_turns,
     report_squeezed_streets,
+    report_turns_left_out,
     report_unused_connectivity,
 )
 from osm2xodr.geometry.plan_view import (
@@ -231,13 +232,13 @@ def _without_impossible_turns(
     impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
     impossible |= runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
-    report_impossible_turns(network, cut.layout, connecting.junction[impossible], diagnostics)
+    report_turns_left_out(network, cut.layout, connecting.junction[impossible], IMPOSSIBLE, diagnostics)
     connecting = connecting.chosen(~impossible) if impossible.any() else connecting
     street_end = cut.parts.street_end()
     on_ring = cut.ends.roundabout[street_end[connecting.entry]] | cut.ends.roundabout[street_end[connecting.exit]]
     long = long_turns_back(connecting, on_ring)
-    report_long_turns_back(network, cut.layout, connecting.junction[long], diagnostics)
+    report_turns_left_out(network, cut.layout, connecting.junction[long], LONG_TURN_BACK, diagnostics)
     connecting = connecting.chosen(~long) if long.any() else connecting
     needless = turns_without_need(connecting, cut.parts)
-    report_needless_turns(network, cut.layout, connecting.junction[needless], diagnostics)
+    report_turns_left_out(network, cut.layout, connecting.junction[needless], NEEDLESS, diagnostics)
     return connecting.chosen(~needless) if needless.any() else connecting
