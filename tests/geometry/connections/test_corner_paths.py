@@ -107,7 +107,8 @@ def test_a_way_to_and_fro_is_not_followed(degrees: float) -> None:
 
 def test_what_keeps_near_its_way_is_left_alone() -> None:
     _, turned = followed()
-    assert follow_corners(turned, laid_out(40.0)) is turned
+    # It is redrawn as it is, where it is at the limit of straying but for rounding.
+    assert places(follow_corners(turned, laid_out(40.0))) == pytest.approx(places(turned), abs=1e-6)
 
 
 def test_curves_are_joined_end_to_start() -> None:

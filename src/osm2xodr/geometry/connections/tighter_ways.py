@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
+from osm2xodr.curves import chosen_curves, dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
 from osm2xodr.defaults import MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import (
@@ -44,7 +44,10 @@ def draw_tighter(
             break
         start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
         drawn = draw(start, end)
-        back = turns_back(drawn)
+        # Where there is no such curve, its length is 0.
+        back = np.zeros(len(row), bool)
+        there = np.flatnonzero(lengths(drawn) > 0)
+        back[there] = turns_back(chosen_curves(drawn, there))
         least = np.where(back, U_TURN_RADIUS, np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE)) * (
             1 - 1e-6
         )
