@@ -43,7 +43,7 @@ from osm2xodr.curves.plan_views import (
     wrapped,
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
-from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
+from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts, sum_before
 from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
 
 __all__ = [
@@ -100,5 +100,6 @@ __all__ = [
     "stack_plan_views",
     "stack_profiles",
     "starts",
+    "sum_before",
     "wrapped",
 ]

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.model import IntArray
+from osm2xodr.model import FloatArray, IntArray
 
 # Rows that are worked on at a time: as many as a processor's cache holds with all columns that come of them.
 _ROWS_AT_ONCE: Final = 16384
@@ -31,6 +31,12 @@ def owners(start: IntArray) -> IntArray:
 def ranks(count: IntArray) -> IntArray:
     """Return 0, 1, 2 … within each group, for all groups in a row; `count` holds their sizes, (groups,)."""
     return np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+
+
+def sum_before(values: FloatArray, start: IntArray) -> FloatArray:
+    """Return for each row the sum of the values before it in its group, (n,); `start` says where groups begin."""
+    total = np.cumsum(values) - values
+    return np.asarray(total - total[start[:-1]][owners(start)])
 
 
 def runs(first: IntArray, count: IntArray) -> IntArray:

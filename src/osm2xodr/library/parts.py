@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -68,13 +68,9 @@ def crop(
     box = None if bbox is None else read_box("bbox", bbox, "degrees")
     drive = _read_again(file)
     choice = _choice(drive, box, None if polygon is None else Path(polygon), roads)
-    from osm2xodr.parts import crop_network, write_tree
+    from osm2xodr.parts import crop_network
 
-    root, lost = crop_network(drive, choice)
-    with stream_to(Path(output)) as stream:
-        write_tree(root, stream)
-    _tell(lost, say)
-    return Path(output)
+    return _write(Path(output), *crop_network(drive, choice), say)
 
 
 def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None) -> Path:
@@ -104,19 +100,21 @@ def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None)
     drives = [_read_again(file) for file in files]
     if len(drives) < 2:
         raise OptionError("files: merge needs two or more", "files")
-    from osm2xodr.parts import merge_networks, write_tree
+    from osm2xodr.parts import merge_networks
 
-    root, lines = merge_networks(drives)
-    with stream_to(Path(output)) as stream:
+    return _write(Path(output), *merge_networks(drives), say)
+
+
+def _write(output: Path, root: Any, lines: Iterable[str], say: _Say | None) -> Path:
+    """Write a document, and pass on the sentences about it."""
+    from osm2xodr.parts import write_tree
+
+    with stream_to(output) as stream:
         write_tree(root, stream)
-    _tell(lines, say)
-    return Path(output)
-
-
-def _tell(lines: Iterable[str], say: _Say | None) -> None:
     if say is not None:
         for line in lines:
             say(line)
+    return output
 
 
 def _read_again(file: AnyPath) -> OpenDrive:

@@ -13,7 +13,7 @@ from osm2xodr.curves import wrapped
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import End, LinkKind, OpenDrive, lane_borders, pose, surface_points
 from osm2xodr.parts.defaults import MEET_DISTANCE, MEET_TURN
-from osm2xodr.parts.records import Element, number
+from osm2xodr.parts.records import Element, lane_sections
 
 _TAGS = {End.START: "predecessor", End.END: "successor"}
 _CONTACTS = {End.START: "start", End.END: "end"}
@@ -114,7 +114,7 @@ def _link(one: RoadEnd, other: RoadEnd) -> None:
         _set_link(here, there)
     for a, b in _lane_pairs(one, other):
         for end, name, to in ((one, a, b), (other, b, a)):
-            sections = sorted(end.element.findall("lanes/laneSection"), key=lambda item: number(item, "s"))
+            sections = lane_sections(end.element)
             lane = sections[0 if end.end == End.START else -1].find(f"*/lane[@id='{name}']")
             insert_link(lane, lane.makeelement(_TAGS[end.end], {"id": str(to)}))
 

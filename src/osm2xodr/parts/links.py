@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from osm2xodr.parts.records import Element, number, remove
+from osm2xodr.parts.records import Element, lane_sections, remove
 
 # The id of the road that has an end of a road now; by its former id and the contact point there.
 RoadEnds = Mapping[tuple[str, str], str]
@@ -15,7 +15,7 @@ _ENDS = (("predecessor", "start"), ("successor", "end"))
 def mend_road(road: Element, former: str, ends: RoadEnds, junctions: frozenset[str]) -> None:
     """Mend the links of a road, and drop those that lead to nothing, with those of its lanes there."""
     name = road.get("id")
-    sections = sorted(road.findall("lanes/laneSection"), key=lambda item: number(item, "s"))
+    sections = lane_sections(road)
     for tag, end in _ENDS:
         link = road.find(f"link/{tag}")
         good = ends.get((former, end)) == name and link is not None and _mend(link, ends, junctions)

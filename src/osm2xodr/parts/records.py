@@ -32,6 +32,11 @@ def remove(element: Element) -> None:
         parent.remove(element)
 
 
+def lane_sections(road: Element) -> list[Element]:
+    """Return the lane sections of a road, along s."""
+    return sorted(road.findall("lanes/laneSection"), key=lambda item: number(item, "s"))
+
+
 def cut_records(
     elements: Iterable[Element], begin: float, end: float, *, key: str = "s", cubic: bool = False
 ) -> None:

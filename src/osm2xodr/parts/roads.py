@@ -9,7 +9,7 @@ import numpy as np
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.opendrive import OpenDrive, pose
 from osm2xodr.parts.choice import Stretch
-from osm2xodr.parts.records import AT_ONE, Element, clip, cut_records, number, put, remove
+from osm2xodr.parts.records import AT_ONE, Element, clip, cut_records, lane_sections, number, put, remove
 
 _LANE_CUBICS: Final = ("width", "border")
 _LANE_RECORDS: Final = ("roadMark", "material", "visibility", "speed", "access", "height", "rule")
@@ -70,7 +70,7 @@ def _cut_plan_view(element: Element, file: OpenDrive, stretch: Stretch) -> None:
 
 def _cut_sections(element: Element, length: float, begin: float, end: float) -> None:
     """Cut lane sections, and what lies along their lanes."""
-    sections = sorted(element.findall("lanes/laneSection"), key=lambda item: number(item, "s"))
+    sections = lane_sections(element)
     starts = [number(item, "s") for item in sections]
     # What stands before the first section is part of it.
     starts[:1] = [min(starts[0], begin)] if starts else []

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, owners, ranks
+from osm2xodr.curves import advance, owners, ranks, starts
 from osm2xodr.model import BoolArray, PlanView
 
 # Shorter rests, as a share of the step, are made equal to the step before them. A choice.
@@ -34,5 +34,5 @@ def with_even_ends(plan: PlanView, curves: BoolArray, step: float) -> PlanView:
     end = np.where(rank + 1 < pieces[row], np.roll(ds, -1), plan.length[row])
     pose = plan.x[row], plan.y[row], plan.hdg[row], plan.curvature[row]
     x, y, hdg = advance(*pose, ds, plan.rate[row])
-    start = np.concatenate([[0], np.cumsum(pieces)])[plan.start]
+    start = starts(pieces)[plan.start]
     return PlanView(start, plan.s[row] + ds, x, y, hdg, end - ds, plan.curvature[row], plan.rate[row])

@@ -36,7 +36,8 @@ def draw_tighter(
     A curve counts if it does neither. It is no sharper than before, or than what most cars manage.
     """
     plan = connecting.plan_view
-    found = turns_back(plan) & (connecting.length > LONGEST_TURN_BACK)
+    turned, radius = turns_back(plan), smallest_radius(plan)
+    found = turned & (connecting.length > LONGEST_TURN_BACK)
     found[ways_over_arms(ends, layout, parts, connecting)[0]] = True
     row = np.flatnonzero(found & connecting.for_vehicles() & (connecting.entry != connecting.exit))
     for draw in _TIGHTER:
@@ -48,12 +49,10 @@ def draw_tighter(
         back = np.zeros(len(row), bool)
         there = np.flatnonzero(lengths(drawn) > 0)
         back[there] = turns_back(chosen_curves(drawn, there))
-        least = np.where(back, U_TURN_RADIUS, np.minimum(smallest_radius(plan)[row], TURNING_RADIUS_ACUTE)) * (
-            1 - 1e-6
-        )
+        least = np.where(back, U_TURN_RADIUS, np.minimum(radius[row], TURNING_RADIUS_ACUTE)) * (1 - 1e-6)
         longest = np.where(back, LONGEST_TURN_BACK, LONGEST_REDRAWN * lengths(plan, row))
         fits = (lengths(drawn) > 0) & (lengths(drawn) < longest) & (smallest_radius(drawn) >= least)
-        fits &= (back == turns_back(plan)[row]) & (back | (draw is not _at_once))
+        fits &= (back == turned[row]) & (back | (draw is not _at_once))
         new = np.flatnonzero(fits)
         tried = replace_curves(plan, row[new], drawn, new)
         chosen = replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row[new])

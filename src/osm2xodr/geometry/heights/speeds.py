@@ -44,7 +44,7 @@ def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatA
 
     v² / R is at most `LATERAL_ACCELERATION`.
     """
-    length = lengths(plan)[curve]
+    length = lengths(plan, curve)
     begin, end = (np.clip(s + side * WHEELBASE, 0.0, length) for side in (-0.5, 0.5))
     turn = wrapped(pose(plan, curve, end)[2] - pose(plan, curve, begin)[2])
     curvature = np.abs(turn) / np.maximum(end - begin, _SHORTEST)

@@ -7,7 +7,18 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, find_record, lengths, owners, ranks, record_turns, runs, starts, wrapped
+from osm2xodr.curves import (
+    advance,
+    find_record,
+    lengths,
+    owners,
+    ranks,
+    record_turns,
+    runs,
+    starts,
+    sum_before,
+    wrapped,
+)
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -120,9 +131,3 @@ def continuous(hdg: FloatArray, start: IntArray) -> FloatArray:
     """Return headings, (n,), rad, that nowhere step by more than half a turn within their curves."""
     step = wrapped(np.diff(hdg, prepend=0.0))
     return np.asarray(hdg[start[:-1]][owners(start)] + sum_before(np.append(step[1:], 0.0), start))
-
-
-def sum_before(values: FloatArray, start: IntArray) -> FloatArray:
-    """Return for each row the sum of the values before it in its group, (n,)."""
-    total = np.cumsum(values) - values
-    return np.asarray(total - total[start[:-1]][owners(start)])

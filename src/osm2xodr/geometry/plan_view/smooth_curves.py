@@ -24,10 +24,11 @@ from osm2xodr.curves import (
     spirals_between,
     stack_plan_views,
     starts,
+    sum_before,
     wrapped,
 )
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
+from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.geometry.plan_view.smooth_offsets import (
     GENTLE,
     even_offsets,

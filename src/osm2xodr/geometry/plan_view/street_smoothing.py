@@ -20,9 +20,11 @@ from osm2xodr.curves import (
     pose,
     replace_curves,
     reverse_curves,
+    runs,
     smallest_radius,
     snap_cuts,
     stack_plan_views,
+    sum_before,
 )
 from osm2xodr.geometry.plan_view.smooth_curves import NOWHERE, OnCurves, SmoothCurves, smooth_curves
 from osm2xodr.geometry.plan_view.streets import FittedStreets
@@ -137,7 +139,7 @@ def _within(parts: Parts, nodes: OnCurves) -> OnCurves:
     row = np.searchsorted(parts.curve, np.arange(int(max(curve.max(initial=-1), parts.curve.max(initial=-1))) + 2))
     count = np.diff(row)[curve]
     node = np.repeat(np.arange(len(curve)), count)
-    part = np.repeat(row[curve], count) + np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    part = runs(row[curve], count)
     inside = (parts.lo[part] < s[node]) & (s[node] < parts.hi[part])
     return part[inside], s[node[inside]] - parts.lo[part[inside]]
 
@@ -187,8 +189,7 @@ def _places(
     parts: Parts, length: FloatArray, first: IntArray, ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]]
 ) -> Places:
     """Return places on old and new curves, which consist of parts of some `length`, (parts,), m."""
-    begin = np.cumsum(length) - length
-    begin = (begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][owners(first)]).tolist()
+    begin = sum_before(length, first).tolist()
     rows: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
     for k, (curve, lo, hi) in enumerate(zip(parts.curve.tolist(), parts.lo.tolist(), parts.hi.tolist(), strict=True)):
         found = ways.get((curve, lo))

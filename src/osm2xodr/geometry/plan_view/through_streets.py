@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, chosen_curves, lengths, owners, pose, reverse_curves, runs, wrapped
+from osm2xodr.curves import chain_curves, chosen_curves, lengths, pose, reverse_curves, runs, sum_before, wrapped
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, PlanView, StreetNetwork
 
 # A street goes on in another if it bends by less there, rad (30 degrees), from and to the places that lie this far
@@ -35,10 +35,7 @@ class StreetChains:
 
     def place_of(self, plan: PlanView) -> FloatArray:
         """Return how far along its chain each street begins, (streets of all chains,), m."""
-        length = lengths(plan)[self.street]
-        end = np.cumsum(length)
-        begin = end - length
-        return np.asarray(begin - begin[self.first[:-1]][owners(self.first)])
+        return sum_before(lengths(plan, self.street), self.first)
 
 
 def chain_streets(network: StreetNetwork, plan: PlanView, which: BoolArray, *, chained: bool = True) -> StreetChains:

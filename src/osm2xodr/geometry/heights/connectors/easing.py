@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sum_before
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import FloatArray, IntArray
 
@@ -99,11 +100,5 @@ def _integrate(start: IntArray, s: FloatArray, curvature: FloatArray) -> tuple[F
     h = np.diff(s, append=0.0)
     h[start[1:] - 1] = 0.0
     after = np.append(curvature[1:], 0.0)
-    grade = _sum_up(start, 0.5 * h * (curvature + after))
-    return grade, _sum_up(start, h * grade + h * h * (2 * curvature + after) / 6)
-
-
-def _sum_up(start: IntArray, steps: FloatArray) -> FloatArray:
-    """Return at each sample the sum of the steps before it on its curve."""
-    total = np.cumsum(steps) - steps
-    return np.asarray(total - np.repeat(total[start[:-1]], np.diff(start)))
+    grade = sum_before(0.5 * h * (curvature + after), start)
+    return grade, sum_before(h * grade + h * h * (2 * curvature + after) / 6, start)

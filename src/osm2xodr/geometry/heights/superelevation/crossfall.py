@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import connected_components
 from osm2xodr.curves import lengths
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network
-from osm2xodr.geometry.heights.problem import ProfileProblem, fast_spans
-from osm2xodr.model import BoolArray, FloatArray, Rule
+from osm2xodr.geometry.heights.problem import ProfileProblem, fast_spans, span_roads
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
 
 _GRAVITY: Final = 9.81
 
@@ -30,8 +30,12 @@ def designed_crossfall(network: Network) -> FloatArray:
     of both directions are crowned, which is level here, but for such bends.
     """
     problem, span = network.problem, network.elements.span[network.samples.element]
+    slope = np.full(len(span), np.nan)
+    row = np.flatnonzero(_designed_spans(problem)[span])
+    if not len(row):
+        return slope
+    span, k = span[row], _mean_curvature(network, row)
     speed = _design_speed(problem)[span]
-    k = _mean_curvature(network)
     asked = speed**2 * np.abs(k) / _GRAVITY
     adverse = asked > defaults.CROSSFALL_ADVERSE_FRICTION
     friction = np.interp(speed, defaults.SIDE_FRICTION_SPEEDS, defaults.SIDE_FRICTION)
@@ -39,8 +43,8 @@ def designed_crossfall(network: Network) -> FloatArray:
     demand = most * np.minimum(asked / (most + friction), 1.0)
     oneway = np.zeros(len(span)) if problem.span_oneway is None else problem.span_oneway[span]
     outward = defaults.CROSSFALL_LEAST * np.where(problem.rule is Rule.RIGHT_HAND, 1.0, -1.0) * oneway
-    slope = np.where(adverse, -np.sign(k) * np.maximum(demand, defaults.CROSSFALL_LEAST), outward)
-    return np.where(_designed_spans(problem)[span], slope, np.nan)
+    slope[row] = np.where(adverse, -np.sign(k) * np.maximum(demand, defaults.CROSSFALL_LEAST), outward)
+    return slope
 
 
 def _design_speed(problem: ProfileProblem) -> FloatArray:
@@ -52,8 +56,10 @@ def _design_speed(problem: ProfileProblem) -> FloatArray:
 
 def _designed_spans(problem: ProfileProblem) -> BoolArray:
     """Return which spans have room for a cross slope between the junctions of their roads, (K,)."""
-    road = np.repeat(np.arange(len(problem.end_link)), np.diff(problem.span_start))
-    return fast_spans(problem) & (_length_between_junctions(problem)[road] >= defaults.CROSSFALL_ROOM)
+    fast = fast_spans(problem)
+    if not fast.any():
+        return fast
+    return fast & (_length_between_junctions(problem)[span_roads(problem)] >= defaults.CROSSFALL_ROOM)
 
 
 def _length_between_junctions(problem: ProfileProblem) -> FloatArray:
@@ -69,19 +75,18 @@ def _length_between_junctions(problem: ProfileProblem) -> FloatArray:
     return np.asarray(total[label], np.float64)
 
 
-def _mean_curvature(network: Network) -> FloatArray:
-    """Return the mean curvature of the reference line around samples, (n,), 1/m, over `CROSSFALL_WINDOW` at most."""
+def _mean_curvature(network: Network, row: IntArray) -> FloatArray:
+    """Return the mean curvature of the reference line around some samples, 1/m, over `CROSSFALL_WINDOW` at most."""
     elements, samples = network.elements, network.samples
-    if not len(samples.s):
-        return np.zeros(0)
     road = elements.road[samples.element]
     hdg = np.unwrap(samples.hdg)
     # One axis for all roads, each behind the other.
     origin = np.concatenate([[0.0], np.cumsum(lengths(network.problem.plan_view) + 1.0)[:-1]])[road]
-    first, last = (np.searchsorted(road, road, side=side) for side in ("left", "right"))
+    first, last = (np.searchsorted(road, road[row], side=side) for side in ("left", "right"))
     half = 0.5 * defaults.CROSSFALL_WINDOW
-    begin = np.maximum(samples.s - half, samples.s[first])
-    end = np.minimum(samples.s + half, samples.s[last - 1])
-    turn = np.interp(origin + end, origin + samples.s, hdg) - np.interp(origin + begin, origin + samples.s, hdg)
+    begin = np.maximum(samples.s[row] - half, samples.s[first])
+    end = np.minimum(samples.s[row] + half, samples.s[last - 1])
+    place = origin + samples.s
+    turn = np.interp(origin[row] + end, place, hdg) - np.interp(origin[row] + begin, place, hdg)
     along = end - begin
     return np.divide(turn, along, out=np.zeros_like(turn), where=along > 0.0)
