@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import gzip
 from pathlib import Path
-from typing import BinaryIO, cast
 
 import numpy as np
 
@@ -14,9 +12,8 @@ from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
-from osm2xodr.system import stage
+from osm2xodr.system import stage, unpacked
 
-_GZIP = b"\x1f\x8b"
 # Bytes that are read at once; headers are shorter.
 _CHUNK = 1 << 16
 
@@ -72,10 +69,9 @@ def _head(path: Path) -> str:
     """Return the text of a file up to its first road, on which some readers depend; none for standard input."""
     if str(path) == "-":
         return ""
-    with path.open("rb") as plain:
-        packed = plain.read(len(_GZIP)) == _GZIP
     data = b""
-    with cast("BinaryIO", gzip.open(path) if packed else path.open("rb")) as stream:
+    with path.open("rb") as file:
+        stream = unpacked(file)
         while b"<road" not in data and (chunk := stream.read(_CHUNK)):
             data += chunk
     return data.partition(b"<road")[0].decode("utf-8", "replace")

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 from pathlib import Path
-from typing import Final
 
 from lxml import etree
 
 from osm2xodr.errors import InputError
 from osm2xodr.parts.records import Element
-from osm2xodr.system import ByteSink
-
-_GZIP: Final = b"\x1f\x8b"
+from osm2xodr.system import ByteSink, unpacked
 
 
 def read_tree(path: Path) -> Element:
     """Return the root of a file that was read before, plain or packed by gzip, as it is."""
     try:
-        data = path.read_bytes()
-        data = gzip.decompress(data) if data[:2] == _GZIP else data
         parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True, remove_blank_text=True)
-        root = etree.parse(io.BytesIO(data), parser).getroot()
+        with path.open("rb") as stream:
+            root = etree.parse(unpacked(stream), parser).getroot()
     except (OSError, EOFError, etree.XMLSyntaxError) as error:
         raise InputError(f"cannot read {path}: {error}; give a file of OpenDRIVE") from error
     if "}" in root.tag:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         settle as settle,
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
+        unpacked as unpacked,
     )
     from osm2xodr.system.limits import (
         LEAST_MEMORY as LEAST_MEMORY,
@@ -58,6 +59,7 @@ __getattr__ = lazy_exports(
             "settle",
             "silence_standard_output",
             "stream_to",
+            "unpacked",
         ),
         "limits": (
             "LEAST_MEMORY",

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import gzip
 import os
 import secrets
 import stat
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, Final, Protocol
+from typing import BinaryIO, Final, Protocol, cast
 
 from osm2xodr.errors import OutputError
+
+# The first bytes of gzip (RFC 1952, 2.3.1).
+_GZIP: Final = b"\x1f\x8b"
 
 
 class ByteSink(Protocol):
@@ -24,6 +28,15 @@ class ByteSink(Protocol):
 
     def write(self, data: bytes, /) -> object:
         """Take all of `data`."""
+
+
+def unpacked(stream: BinaryIO) -> BinaryIO:
+    """Return the contents of a file that may be packed by gzip; a stream that cannot seek is returned as it is."""
+    if not stream.seekable():
+        return stream
+    packed = stream.read(len(_GZIP)) == _GZIP
+    stream.seek(0)
+    return cast("BinaryIO", gzip.GzipFile(fileobj=stream, mode="rb")) if packed else stream
 
 
 def check_target(path: Path) -> None:

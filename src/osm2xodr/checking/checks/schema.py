@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import gzip
 import importlib
 import importlib.util
 import locale
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, Final, TypeAlias, cast
+from typing import Any, Final, TypeAlias
 
 from osm2xodr.errors import InputError
+from osm2xodr.system import unpacked
 
 # Where the schemas lie in the package of ASAM's checker, by version.
 _PACKAGE: Final = "qc_opendrive"
@@ -129,9 +129,9 @@ def _streamed(path: Path, compiled: Any) -> list[Any]:
     """Return how a file violates a schema, without a tree of it, so that lines are not known."""
     from lxml import etree
 
-    with _opened(path) as stream:
+    with path.open("rb") as file:
         # What is read is thrown away once one of these elements, which make up the file, ends.
-        parts = etree.iterparse(stream, tag=("{*}road", "{*}junction"), schema=compiled, **_SAFE)
+        parts = etree.iterparse(unpacked(file), tag=("{*}road", "{*}junction"), schema=compiled, **_SAFE)
         try:
             for _, element in parts:
                 element.clear()
@@ -146,17 +146,8 @@ def _tree(path: Path) -> Any:
     """Return a file as a tree of lxml."""
     from lxml import etree
 
-    with _opened(path) as stream:
-        return etree.parse(stream, etree.XMLParser(**_SAFE))
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that may be compressed."""
-    with path.open("rb") as stream:
-        packed = stream.read(2) == b"\x1f\x8b"
-    with cast("BinaryIO", gzip.open(path) if packed else path.open("rb")) as stream:
-        yield stream
+    with path.open("rb") as file:
+        return etree.parse(unpacked(file), etree.XMLParser(**_SAFE))
 
 
 def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:

@@ -7,7 +7,6 @@ document types are refused: entities can make a small file grow without bounds.
 from __future__ import annotations
 
 import contextlib
-import gzip
 import sys
 import zlib
 from collections.abc import Callable, Iterator
@@ -16,10 +15,9 @@ from typing import BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
-from osm2xodr.system import advance
+from osm2xodr.system import advance, unpacked
 
 _CHUNK: Final = 1 << 18
-_GZIP: Final = b"\x1f\x8b"
 _STANDARD_INPUT: Final = Path("-")
 
 
@@ -122,16 +120,9 @@ def _opened(path: Path) -> Iterator[tuple[BinaryIO, Callable[[], float]]]:
         yield sys.stdin.buffer, lambda: 0.0
         return
     with path.open("rb") as stream:
-        packed = stream.read(len(_GZIP)) == _GZIP if stream.seekable() else False
-        if stream.seekable():
-            stream.seek(0)
         size = max(path.stat().st_size, 1)
 
         def share() -> float:
             return stream.tell() / size if stream.seekable() else 0.0
 
-        if not packed:
-            yield stream, share
-            return
-        with gzip.open(stream) as unpacked:
-            yield unpacked, share  # type: ignore[misc]  # it reads bytes, and nothing else is needed
+        yield unpacked(stream), share
