@@ -11,7 +11,7 @@ from street_cases import Case
 
 from osm2xodr.furniture.objects.road_marks import arrow_name, arrows, lane_ids, stop_lines
 from osm2xodr.furniture.world.approaches import find_approaches
-from osm2xodr.furniture.world.world import Stop, World
+from osm2xodr.furniture.world.world import Crossing, Stop, World
 from osm2xodr.model import Direction, LaneSpec, LaneType, RoadObject, Rule, StreetAttributes, Structure
 
 EITHER = pytest.mark.parametrize("rule", list(Rule))
@@ -79,6 +79,17 @@ def test_lines_stay_on_their_road() -> None:
     length = world.lanes.length(road)
     lines = stop_lines(world, [stop(road, 0.2, (-1,), "+", "stop"), stop(road, length, (1,), "-", "stop")])
     assert [line.s for line in lines] == [pytest.approx(0.25), pytest.approx(length - 0.25)]
+
+
+def test_no_line_lies_on_a_crossing() -> None:
+    world = world_of(ROAD)
+    road = road_of_way(world, 1)
+    crossing = Crossing(road, 2.0, 3.0, 7.0, -7.0, "node/6", signals=True)
+    stops = [stop(road, s, (-1,), "+", "traffic_signals") for s in (0.2, 0.5, 1.2, 3.9, 4.05)]
+    lines = [stop_lines(world, [item], [crossing]) for item in stops]
+    assert [[line.s for line in found] for found in lines] == [[0.25], [0.25], [], [], [pytest.approx(3.8)]]
+    words = "its stop line is left out: the road is too short for it before the crossing"
+    assert said(world)["stop-line-left-out"] == [words] * 2
 
 
 NODES = {

@@ -24,7 +24,7 @@ def place_objects(
     finder = RoadsideFinder(world)
     return (
         *crossing_objects(world, crossings),
-        *stop_lines(world, stops),
+        *stop_lines(world, stops, crossings),
         *arrows(world, approaches, stops),
         *calming_objects(world),
         *bus_stop_objects(world, finder),

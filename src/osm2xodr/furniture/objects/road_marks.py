@@ -10,7 +10,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import Approach, LaneAt, Stop, World, lane_ranges, pieces_on_road
+from osm2xodr.furniture.world import Approach, Crossing, LaneAt, Stop, World, lane_ranges, pieces_on_road
 from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
 
 # Lines on the same lanes that are nearer to each other are one, m; a choice.
@@ -26,8 +26,15 @@ _RANK: Final = {kind: rank for rank, kind in enumerate(_LINES)}
 _TOUCH: Final = 0.01
 
 
-def stop_lines(world: World, stops: Sequence[Stop]) -> list[RoadObject]:
-    """Make the lines of stops, one across each group of lanes side by side; the strictest of stops at one place."""
+def stop_lines(world: World, stops: Sequence[Stop], crossings: Sequence[Crossing] = ()) -> list[RoadObject]:
+    """Make the lines of stops, one across each group of lanes side by side; the strictest of stops at one place.
+
+    Where a road is so short that its line would lie on a crossing it has none: cars would wait among people.
+    """
+    walked: dict[int, list[tuple[float, float]]] = defaultdict(list)
+    for crossing in crossings:
+        half = 0.5 * crossing.width
+        walked[crossing.road].append((crossing.s - half, crossing.s + half))
     out: list[RoadObject] = []
     for stop in _distinct(stops):
         length = world.lanes.length(stop.road)
@@ -35,6 +42,10 @@ def stop_lines(world: World, stops: Sequence[Stop]) -> list[RoadObject]:
         # The line lies on the side from which traffic comes.
         begin = stop.s - extent if stop.orientation == "+" else stop.s
         begin = min(max(begin, 0.0), length - extent)
+        if any(low < begin + extent - _TOUCH and begin + _TOUCH < high for low, high in walked[stop.road]):
+            words = f"its {_LINES[stop.kind][1]} is left out: the road is too short for it before the crossing"
+            world.diagnostics.dropped("stop-line-left-out", stop.osm_id, words)
+            continue
         middle = begin + 0.5 * extent
         lanes = [lane for lane in world.lanes.at(stop.road, middle) if lane.id in stop.lanes]
         out += [_line(world, stop, middle, extent, group) for group in _side_by_side(lanes)]
