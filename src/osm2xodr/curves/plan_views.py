@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
+from osm2xodr.curves.ragged import ROWS_AT_ONCE, blocks, owners, ranks, runs, starts
 from osm2xodr.curves.spirals import chords
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -112,17 +112,27 @@ def find_record(
 
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
+    if len(curve) <= ROWS_AT_ONCE:
+        return _pose(plan, curve, s)
     x, y, hdg = np.empty((3, len(curve)))
     for rows in blocks(len(curve)):
-        k = find_record(plan.start, plan.s, curve[rows], s[rows])
-        place = plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s[rows] - plan.s[k], plan.rate[k]
-        x[rows], y[rows], hdg[rows] = advance(*place)
+        x[rows], y[rows], hdg[rows] = _pose(plan, curve[rows], s[rows])
     return x, y, hdg
+
+
+def _pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
+    """Return what `pose` does, for not too many places."""
+    k = find_record(plan.start, plan.s, curve, s)
+    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
 
 
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
     """Return by how much the heading at the end of curves differs from that at their start, (n,), rad, -pi to pi."""
-    return wrapped(pose(plan, curve, lengths(plan, curve))[2] - pose(plan, curve, np.zeros(len(curve)))[2])
+    first, last = plan.start[curve], plan.start[curve + 1] - 1
+    # In the same steps as `pose`, which finds the same to the last bit.
+    half = 0.5 * (lengths(plan, curve) - plan.s[last])
+    turn = half * plan.curvature[last] + plan.rate[last] * half * half
+    return wrapped(2.0 * turn + plan.hdg[last] - plan.hdg[first])
 
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:

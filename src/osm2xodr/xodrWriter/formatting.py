@@ -19,6 +19,8 @@ CURVATURE: Final = "%.10g"
 # Of positions and lengths: 0.1 um.
 POSITION_DECIMALS: Final = 7
 
+_NOT_FINITE: Final = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
+
 # What XML 1.0 does not allow in a document (production 2, Char), and white space that would not survive in an
 # attribute.
 _ILLEGAL: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -39,9 +41,15 @@ _WHOLE_UNIT: Final = 0.005
 def number(value: float) -> str:
     """Write one number as the tables do, never as ``-0``; raise an OutputError if it is not finite."""
     if not math.isfinite(value):
-        msg = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
-        raise OutputError(msg)
+        raise OutputError(_NOT_FINITE)
     return NUMBER % (value + 0.0)
+
+
+def numbers(pattern: str, *values: float) -> str:
+    """Write numbers into a pattern that has `NUMBER` for each of them, as `number` does."""
+    if not all(map(math.isfinite, values)):
+        raise OutputError(_NOT_FINITE)
+    return pattern % tuple([value + 0.0 for value in values])
 
 
 def position(value: float) -> str:

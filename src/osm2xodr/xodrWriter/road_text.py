@@ -24,12 +24,22 @@ from osm2xodr.model import (
     RoadType,
 )
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import name_attribute, number, position, user_data
+from osm2xodr.xodrWriter.formatting import (
+    NUMBER,
+    POSITION_DECIMALS,
+    name_attribute,
+    number,
+    numbers,
+    position,
+    user_data,
+)
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.words import Words
 
 # Lanes whose marks readers look at: those that cars, bicycles or parked cars are on.
 _MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}
+
+_WIDTH: Final = f'<width sOffset="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>'
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
@@ -117,9 +127,10 @@ class LaneWriter:
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Return and remember the ``<width>`` elements of a lane."""
         text = "".join(
-            f'<width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
-            f' c="{number(w.c)}" d="{number(w.d)}"/>'
-            for w in widths
+            [
+                numbers(_WIDTH, round(w.s, POSITION_DECIMALS), round(w.a, POSITION_DECIMALS), w.b, w.c, w.d)
+                for w in widths
+            ]
         )
         self._widths[widths] = text
         return text
