@@ -102,12 +102,24 @@ def find_record(
         first, at = start[curve[rows]].astype(np.int64), s[rows]
         left = start[curve[rows] + 1] - first
         # A bisection over all queries at once: until one record is left of the curve of most records.
-        for _ in range((int(left.max()) - 1).bit_length()):
-            half = left >> 1
-            first += half * (record_s[first + half] <= at)
-            left -= half
+        rounds = (int(left.max()) - 1).bit_length()
+        _bisect(record_s, at, first, left, min(rounds, 1))
+        if rounds > 1:
+            # Most curves have two records at most, and are done.
+            more = np.flatnonzero(left > 1)
+            further = first[more]
+            _bisect(record_s, at[more], further, left[more], rounds - 1)
+            first[more] = further
         out[rows] = first
     return out
+
+
+def _bisect(record_s: FloatArray, at: FloatArray, first: IntArray, left: IntArray, rounds: int) -> None:
+    """Halve the records, `left` from `first` on, in which queries lie, all (n,), so many times, in place."""
+    for _ in range(rounds):
+        half = left >> 1
+        first += half * (record_s[first + half] <= at)
+        left -= half
 
 
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:

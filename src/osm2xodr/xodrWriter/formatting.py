@@ -104,6 +104,7 @@ def road_speed_attributes(speed: float) -> str:
     return 'max="no limit"' if math.isinf(speed) else _speed(speed)
 
 
+@lru_cache(maxsize=1_000)
 def lane_speed_attributes(speed: float) -> str:
     """Return the attributes of ``lane/speed``, except ``sOffset``, for a speed in m/s; infinity is no limit."""
     return f'max="{_NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _speed(speed)

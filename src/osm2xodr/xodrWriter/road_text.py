@@ -86,21 +86,22 @@ class LaneWriter:
     def _section(self, section: LaneSection, start: str, bare: bool, limit: float | None) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
-        unmarked = _unmarked(section.lanes, bare)
-        for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
-            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked, limit))
+        unmarked, lane_id = _unmarked(section.lanes, bare), self._words.lane_id
+        by_number = {lane_id(lane.id): lane for lane in section.lanes}
+        for number_ in sorted(by_number, reverse=True):
+            side, lane = _side(number_), by_number[number_]
+            texts[side].append(self._lane(lane, side, lane.id in unmarked, limit))
         sides = zip(("left", "center", "right"), map("\n".join, texts.values()), strict=True)
         inner = "\n".join([f"<{tag}>{text}</{tag}>" for tag, text in sides if text or tag == "center"])
         return f'<laneSection s="{start}">{inner}</laneSection>\n'
 
-    def _lane(self, lane: Lane, unmarked: bool, limit: float | None) -> str:
-        """Return one lane, its parts in the order of the schema."""
+    def _lane(self, lane: Lane, side: int, unmarked: bool, limit: float | None) -> str:
+        """Return one lane on a side as of `_side`, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
         head, text = self._heads.get(key) or self._head(key)
         widths = self._widths.get(lane.widths)
         text += self._width(lane.widths) if widths is None else widths
         if lane.road_mark is not None and not unmarked:
-            side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None and lane.speed != limit:
             text += f'<speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>'
@@ -153,6 +154,8 @@ def _unmarked(lanes: tuple[Lane, ...], bare: bool) -> frozenset[int]:
     CARLA asks outside junctions for the marks at both edges of a lane that cars, bicycles or parked cars are on, and
     wherever a lane has a mark for that of the next inner lane; without them it ends. See `docs/readers.md`.
     """
+    if bare and all(map(_is_none, lanes)):
+        return frozenset([item.id for item in lanes])
     out: list[int] = []
     whole = True
     for sign in (1, -1):
