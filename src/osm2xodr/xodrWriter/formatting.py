@@ -19,8 +19,6 @@ CURVATURE: Final = "%.10g"
 # Of positions and lengths: 0.1 um.
 POSITION_DECIMALS: Final = 7
 
-_NOT_FINITE: Final = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
-
 # What XML 1.0 does not allow in a document (production 2, Char), and white space that would not survive in an
 # attribute.
 _ILLEGAL: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -41,15 +39,9 @@ _WHOLE_UNIT: Final = 0.005
 def number(value: float) -> str:
     """Write one number as the tables do, never as ``-0``; raise an OutputError if it is not finite."""
     if not math.isfinite(value):
-        raise OutputError(_NOT_FINITE)
+        msg = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
+        raise OutputError(msg)
     return NUMBER % (value + 0.0)
-
-
-def numbers(pattern: str, *values: float) -> str:
-    """Write numbers into a pattern that has `NUMBER` for each of them, as `number` does."""
-    if not all(map(math.isfinite, values)):
-        raise OutputError(_NOT_FINITE)
-    return pattern % tuple([value + 0.0 for value in values])
 
 
 def position(value: float) -> str:
@@ -104,7 +96,6 @@ def road_speed_attributes(speed: float) -> str:
     return 'max="no limit"' if math.isinf(speed) else _speed(speed)
 
 
-@lru_cache(maxsize=1_000)
 def lane_speed_attributes(speed: float) -> str:
     """Return the attributes of ``lane/speed``, except ``sOffset``, for a speed in m/s; infinity is no limit."""
     return f'max="{_NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _speed(speed)

@@ -24,22 +24,12 @@ from osm2xodr.model import (
     RoadType,
 )
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import (
-    NUMBER,
-    POSITION_DECIMALS,
-    name_attribute,
-    number,
-    numbers,
-    position,
-    user_data,
-)
+from osm2xodr.xodrWriter.formatting import name_attribute, number, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.words import Words
 
 # Lanes whose marks readers look at: those that cars, bicycles or parked cars are on.
 _MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}
-
-_WIDTH: Final = f'<width sOffset="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>'
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
@@ -86,22 +76,21 @@ class LaneWriter:
     def _section(self, section: LaneSection, start: str, bare: bool, limit: float | None) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
-        unmarked, lane_id = _unmarked(section.lanes, bare), self._words.lane_id
-        by_number = {lane_id(lane.id): lane for lane in section.lanes}
-        for number_ in sorted(by_number, reverse=True):
-            side, lane = _side(number_), by_number[number_]
-            texts[side].append(self._lane(lane, side, lane.id in unmarked, limit))
+        unmarked = _unmarked(section.lanes, bare)
+        for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
+            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked, limit))
         sides = zip(("left", "center", "right"), map("\n".join, texts.values()), strict=True)
         inner = "\n".join([f"<{tag}>{text}</{tag}>" for tag, text in sides if text or tag == "center"])
         return f'<laneSection s="{start}">{inner}</laneSection>\n'
 
-    def _lane(self, lane: Lane, side: int, unmarked: bool, limit: float | None) -> str:
-        """Return one lane on a side as of `_side`, its parts in the order of the schema."""
+    def _lane(self, lane: Lane, unmarked: bool, limit: float | None) -> str:
+        """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
         head, text = self._heads.get(key) or self._head(key)
         widths = self._widths.get(lane.widths)
         text += self._width(lane.widths) if widths is None else widths
         if lane.road_mark is not None and not unmarked:
+            side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None and lane.speed != limit:
             text += f'<speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>'
@@ -128,10 +117,9 @@ class LaneWriter:
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Return and remember the ``<width>`` elements of a lane."""
         text = "".join(
-            [
-                numbers(_WIDTH, round(w.s, POSITION_DECIMALS), round(w.a, POSITION_DECIMALS), w.b, w.c, w.d)
-                for w in widths
-            ]
+            f'<width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
+            f' c="{number(w.c)}" d="{number(w.d)}"/>'
+            for w in widths
         )
         self._widths[widths] = text
         return text
@@ -154,8 +142,6 @@ def _unmarked(lanes: tuple[Lane, ...], bare: bool) -> frozenset[int]:
     CARLA asks outside junctions for the marks at both edges of a lane that cars, bicycles or parked cars are on, and
     wherever a lane has a mark for that of the next inner lane; without them it ends. See `docs/readers.md`.
     """
-    if bare and all(map(_is_none, lanes)):
-        return frozenset([item.id for item in lanes])
     out: list[int] = []
     whole = True
     for sign in (1, -1):

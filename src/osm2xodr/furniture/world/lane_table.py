@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths
+from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, FloatArray, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
 # Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
@@ -98,10 +98,9 @@ class LaneTable:
         """Return all lanes but the centre at s of a road, from left to right."""
         k = self._index[road]
         section, sides = self._section(k, s)
-        centre = self._offset(k, s)
         out: list[LaneAt] = []
         for side, lanes in ((1.0, sides.left), (-1.0, sides.right)):
-            edge = centre
+            edge = self._offset(k, s)
             found = []
             for lane in lanes:
                 outer = edge + side * _value(lane.widths, s - section.s)
@@ -128,7 +127,7 @@ class LaneTable:
         """Return what `carriageway` does for many places in ascending order, (n,)."""
         k = self._index[road]
         begins = [section.s for section in self._map.roads[k].lane_sections]
-        left = cubic_value(self._map.lane_offset, np.full(len(s), k), s)
+        left = np.array([self._offset(k, at) for at in s.tolist()])
         right = left.copy()
         first = np.searchsorted(s, begins).tolist()
         for place, lo, hi in zip(begins, [0, *first[1:]], [*first[1:], len(s)], strict=True):
