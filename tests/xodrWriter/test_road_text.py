@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from dataclasses import replace
 
 import pytest
@@ -11,7 +12,7 @@ from sample_road_maps import crossing
 
 from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark, RoadType
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 NONE, SOLID = RoadMark("none", width=0.0), RoadMark("solid")
@@ -61,8 +62,39 @@ def test_outside_junctions_lanes_that_vehicles_are_on_keep_theirs(kind: LaneType
     assert marks(*lanes, in_junction=False) == expected
 
 
-def test_a_centre_without_a_mark_and_lane_links_stand_in_one_line() -> None:
+def test_a_line_is_an_element_with_all_that_belongs_to_it() -> None:
     stream = io.BytesIO()
     write_xodr(crossing(), stream, WriteOptions(), Diagnostics())
-    assert b'    <center><lane id="0" type="none"/></center>\n' in stream.getvalue()
-    assert b'><laneLink from="-1" to="-1"/></connection>\n' in stream.getvalue()
+    lines = stream.getvalue().splitlines()
+    assert not [line for line in lines if line.startswith(b" ")]
+    assert '<center><lane id="0" type="none"/></center>' in stream.getvalue().decode()
+    assert b'><laneLink from="-1" to="-1"/></connection>' in stream.getvalue()
+    # Several lanes never share a line, but for the empty centre.
+    assert max(line.count(b"</lane>") for line in lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("index", "of_road", "of_lane", "written"),
+    [
+        pytest.param(2, 10.0, 10.0, None, id="as its connecting road"),
+        pytest.param(2, math.inf, math.inf, None, id="none, as its connecting road"),
+        pytest.param(2, 10.0, 20.0, "72", id="other than its connecting road"),
+        pytest.param(2, None, 10.0, "36", id="the road has none"),
+        pytest.param(1, 10.0, 10.0, "36", id="outside junctions, for SUMO"),
+    ],
+)
+def test_lanes_repeat_no_limit_of_their_connecting_road(
+    index: int, of_road: float | None, of_lane: float, written: str | None
+) -> None:
+    road_map = crossing()
+    section = (LaneSection(0.0, (CENTRE, replace(lane(-1, LaneType.DRIVING), speed=of_lane))),)
+    road = replace(road_map.roads[index], lane_sections=section, types=(RoadType(0.0, "town", of_road),))
+    # The same section on a road of another limit
+    other = replace(road_map.roads[3], lane_sections=section, types=(RoadType(0.0, "town", 5.0),))
+    roads = (*road_map.roads[:index], road, *road_map.roads[index + 1 : 3], other, *road_map.roads[4:])
+    stream = io.BytesIO()
+    write_xodr(replace(road_map, roads=roads), stream, WriteOptions(), Diagnostics())
+    elements = etree.fromstring(stream.getvalue()).findall("road")
+    speeds = [[item.get("max") for item in elements[k].findall(".//lane/speed")] for k in (index, 3)]
+    assert speeds[0] == ([] if written is None else [written])
+    assert len(speeds[1]) == 1

@@ -24,7 +24,7 @@ def read(text: str) -> list[dict[str, float]]:
 def test_plan_view_texts() -> None:
     texts = plan_view_texts(crossing().plan_view, 0, 4)
     assert len(texts) == 4
-    assert texts[0] == '   <geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry>\n'
+    assert texts[0] == '<geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry>\n'
     assert texts[1].endswith(
         '<geometry s="80" x="190" y="0" hdg="0" length="31.4159265"><arc curvature="0.05"/></geometry>\n'
     )
@@ -40,18 +40,16 @@ def test_curves_without_records() -> None:
     table = profile([[], [(0.0, 1.0, 2.0, 3.0, 4.0)], []])
     assert cubic_texts(table, np.full(3, 1.0), "laneOffset", 0, 3) == [
         "",
-        '   <laneOffset s="0" a="1" b="2" c="3" d="4"/>\n',
+        '<laneOffset s="0" a="1" b="2" c="3" d="4"/>\n',
         "",
     ]
 
 
 def test_dust_is_swept() -> None:
     plan = plan_view([[(-1e-12, 3e-11, -2e-14, -1e-14, 5.0, 0.0)]])
-    assert plan_view_texts(plan, 0, 1) == ['   <geometry s="0" x="0" y="0" hdg="0" length="5"><line/></geometry>\n']
+    assert plan_view_texts(plan, 0, 1) == ['<geometry s="0" x="0" y="0" hdg="0" length="5"><line/></geometry>\n']
     table = profile([[(0.0, 7.0, -1e-14, 1e-17, -1e-21)]])
-    assert cubic_texts(table, np.array([5.0]), "elevation", 0, 1) == [
-        '   <elevation s="0" a="7" b="0" c="0" d="0"/>\n'
-    ]
+    assert cubic_texts(table, np.array([5.0]), "elevation", 0, 1) == ['<elevation s="0" a="7" b="0" c="0" d="0"/>\n']
 
 
 def test_the_slightest_arc_stays_an_arc() -> None:
@@ -126,5 +124,5 @@ def test_spirals_have_the_curvature_at_either_end() -> None:
     plan = replace(plan, rate=np.array([-0.001]))
     text = plan_view_texts(plan, 0, 1)[0]
     assert text == (
-        '   <geometry s="0" x="1" y="2" hdg="0.5" length="40"><spiral curvStart="0.01" curvEnd="-0.03"/></geometry>\n'
+        '<geometry s="0" x="1" y="2" hdg="0.5" length="40"><spiral curvStart="0.01" curvEnd="-0.03"/></geometry>\n'
     )

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
+from osm2xodr.curves.ragged import ROWS_AT_ONCE, blocks, owners, ranks, runs, starts
 from osm2xodr.curves.spirals import chords
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -102,27 +102,49 @@ def find_record(
         first, at = start[curve[rows]].astype(np.int64), s[rows]
         left = start[curve[rows] + 1] - first
         # A bisection over all queries at once: until one record is left of the curve of most records.
-        for _ in range((int(left.max()) - 1).bit_length()):
-            half = left >> 1
-            first += half * (record_s[first + half] <= at)
-            left -= half
+        rounds = (int(left.max()) - 1).bit_length()
+        _bisect(record_s, at, first, left, min(rounds, 1))
+        if rounds > 1:
+            # Most curves have two records at most, and are done.
+            more = np.flatnonzero(left > 1)
+            further = first[more]
+            _bisect(record_s, at[more], further, left[more], rounds - 1)
+            first[more] = further
         out[rows] = first
     return out
 
 
+def _bisect(record_s: FloatArray, at: FloatArray, first: IntArray, left: IntArray, rounds: int) -> None:
+    """Halve the records, `left` from `first` on, in which queries lie, all (n,), so many times, in place."""
+    for _ in range(rounds):
+        half = left >> 1
+        first += half * (record_s[first + half] <= at)
+        left -= half
+
+
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
+    if len(curve) <= ROWS_AT_ONCE:
+        return _pose(plan, curve, s)
     x, y, hdg = np.empty((3, len(curve)))
     for rows in blocks(len(curve)):
-        k = find_record(plan.start, plan.s, curve[rows], s[rows])
-        place = plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s[rows] - plan.s[k], plan.rate[k]
-        x[rows], y[rows], hdg[rows] = advance(*place)
+        x[rows], y[rows], hdg[rows] = _pose(plan, curve[rows], s[rows])
     return x, y, hdg
+
+
+def _pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
+    """Return what `pose` does, for not too many places."""
+    k = find_record(plan.start, plan.s, curve, s)
+    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
 
 
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
     """Return by how much the heading at the end of curves differs from that at their start, (n,), rad, -pi to pi."""
-    return wrapped(pose(plan, curve, lengths(plan, curve))[2] - pose(plan, curve, np.zeros(len(curve)))[2])
+    first, last = plan.start[curve], plan.start[curve + 1] - 1
+    # In the same steps as `pose`, which finds the same to the last bit.
+    half = 0.5 * (lengths(plan, curve) - plan.s[last])
+    turn = half * plan.curvature[last] + plan.rate[last] * half * half
+    return wrapped(2.0 * turn + plan.hdg[last] - plan.hdg[first])
 
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:

@@ -10,12 +10,12 @@ import numpy as np
 from osm2xodr.model import FloatArray, IntArray
 
 # Rows that are worked on at a time: as many as a processor's cache holds with all columns that come of them.
-_ROWS_AT_ONCE: Final = 16384
+ROWS_AT_ONCE: Final = 16384
 
 
 def blocks(count: int) -> Iterator[slice]:
     """Return the rows of a long table in blocks, one after the other; each is worked on in a processor's cache."""
-    return (slice(first, first + _ROWS_AT_ONCE) for first in range(0, count, _ROWS_AT_ONCE))
+    return (slice(first, first + ROWS_AT_ONCE) for first in range(0, count, ROWS_AT_ONCE))
 
 
 def starts(count: IntArray | Sequence[int]) -> IntArray:

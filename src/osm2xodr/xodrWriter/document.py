@@ -34,7 +34,7 @@ _BLOCKS_PER_PROCESS: Final = 5
 _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
 # Headings at which an arc reaches farthest.
 _CARDINAL: Final = (0.0, np.pi / 2.0, np.pi, -np.pi / 2.0)
-_LICENSE: Final = '  <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
+_LICENSE: Final = '<license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
 
 
 def write_document(
@@ -78,21 +78,20 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     west, south, east, north = plan_view_bounds(road_map.plan_view)
     date = f' date="{attribute(options.date)}"' if options.date else ""
     # One line, and nothing before or after the text: readers split it at blanks.
-    reference = f"  <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
+    reference = f"<geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
-    origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
-    origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "", "  ")
-    origin += user_data("attribution_elevation", "; ".join(options.elevation_credits), "  ")
+    origin = f'<userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
+    origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "")
+    origin += user_data("attribution_elevation", "; ".join(options.elevation_credits))
     if is_negated(road_map, options.target):
-        origin += user_data(*NEGATED_LANES, "  ")
+        origin += user_data(*NEGATED_LANES)
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"
-        f' <header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
+        f'<header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
         f' north="{number(north)}" south="{number(south)}" east="{number(east)}" west="{number(west)}"'
         ' vendor="osm2xodr">\n'
-        f"{reference}{license_}{origin}"
-        " </header>\n"
+        f"{reference}{license_}{origin}</header>\n"
     )
 
 

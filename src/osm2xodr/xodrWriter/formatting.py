@@ -76,9 +76,9 @@ def name_attribute(name: str) -> str:
     return f' name="{attribute(name)}"' if name else ""
 
 
-def user_data(code: str, value: str, indent: str) -> str:
+def user_data(code: str, value: str) -> str:
     """Return a ``<userData>`` element, empty if the value is."""
-    return f'{indent}<userData code="{code}" value="{attribute(value)}"/>\n' if value else ""
+    return f'<userData code="{code}" value="{attribute(value)}"/>' if value else ""
 
 
 def _speed(speed: float) -> str:

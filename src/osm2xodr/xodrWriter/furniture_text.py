@@ -67,13 +67,13 @@ class FurnitureWriter:
         signals = "".join([self._signal(item, length) for item in self._signals.get(road, ())])
         signals += "".join([self._reference(item, length) for item in self._references.get(road, ())])
         groups = (("objects", objects), ("signals", signals))
-        return "".join([f"  <{tag}>\n{text}  </{tag}>\n" for tag, text in groups if text])
+        return "".join([f"<{tag}>{text}</{tag}>\n" for tag, text in groups if text])
 
     def _signal(self, item: Signal, length: float) -> str:
         """Return a ``<signal>``."""
         words = self._words
         head = (
-            f'   <signal{_text("name", item.name)} id="{item.id}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
+            f'<signal{_text("name", item.name)} id="{item.id}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
             f' dynamic="{"yes" if item.dynamic else "no"}" orientation="{words.orientation(item.orientation)}"'
             f' zOffset="{_size(item.z_offset)}"{_text("country", words.country(item.country))}'
             f' type="{attribute(item.type)}" subtype="{attribute(item.subtype)}"'
@@ -84,21 +84,21 @@ class FurnitureWriter:
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
             f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
         )
-        inner = self._validity(item.validity) + user_data("osm_id", item.osm_id, "    ")
-        inner += user_data("derived", "priority" if item.derived else "", "    ")
+        inner = self._validity(item.validity) + user_data("osm_id", item.osm_id)
+        inner += user_data("derived", "priority" if item.derived else "")
         return _element("signal", head, inner)
 
     def _reference(self, item: SignalReference, length: float) -> str:
         """Return a ``<signalReference>``."""
         head = (
-            f'   <signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
+            f'<signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
             f' orientation="{attribute(item.orientation)}"'
         )
         return _element("signalReference", head, self._validity(item.validity))
 
     def _validity(self, lanes: tuple[tuple[int, int], ...]) -> str:
         ranges = [self._words.lane_range(*pair) for pair in lanes]
-        return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in ranges])
+        return "".join([f'<validity fromLane="{first}" toLane="{last}"/>' for first, last in ranges])
 
     def _object(self, item: RoadObject, length: float) -> str:
         """Return an ``<object>``, its parts in the order of the schema."""
@@ -110,7 +110,7 @@ class FurnitureWriter:
             name, subtype = name or subtype, ""
         size = _positive("radius", item.radius) or _positive("length", item.length) + _positive("width", item.width)
         head = (
-            f'   <object id="{item.id}" type="{kind}"{_text("subtype", subtype)}{_text("name", name)}'
+            f'<object id="{item.id}" type="{kind}"{_text("subtype", subtype)}{_text("name", name)}'
             f' s="{_along(item.s, length)}" t="{_size(item.t)}" zOffset="{_size(item.z_offset)}"'
             f' orientation="{words.orientation(item.orientation)}" hdg="{_turn(item.hdg)}"'
             f"{size}{_positive('height', item.height)}"
@@ -118,7 +118,7 @@ class FurnitureWriter:
         repeat = "" if item.repeat is None else _repeat(item.repeat, length)
         inner = repeat + self._outlines(item) + self._validity(item.validity)
         osm_id = item.osm_id if self._object_ids else ""
-        return _element("object", head, inner + user_data("osm_id", osm_id, "    "))
+        return _element("object", head, inner + user_data("osm_id", osm_id))
 
     def _outlines(self, item: RoadObject) -> str:
         """Return the ``<outlines>`` of an object, or the older ``<outline>``, or both.
@@ -134,13 +134,13 @@ class FurnitureWriter:
         closed = (*corners, corners[0]) if item.type == "crosswalk" else corners
         style = self._crosswalks if item.type == "crosswalk" else Crosswalks.STANDARD
         if not self._dialect.has_outlines:
-            return _outline(self._for_carla(item, closed) if style is Crosswalks.CARLA else closed, "    ", "")
+            return _outline(self._for_carla(item, closed) if style is Crosswalks.CARLA else closed, "")
         text = ""
         if style is not Crosswalks.STANDARD:
-            text = _outline(self._for_carla(item, closed), "    ", ' closed="true"')
+            text = _outline(self._for_carla(item, closed), ' closed="true"')
         if style is not Crosswalks.CARLA:
-            outline = _outline(corners, "     ", ' id="0" closed="true"')
-            text += f"    <outlines>\n{outline}    </outlines>\n"
+            outline = _outline(corners, ' id="0" closed="true"')
+            text += f"<outlines>{outline}</outlines>"
         return text
 
     def _for_carla(self, item: RoadObject, corners: _Corners) -> _Corners:
@@ -154,12 +154,12 @@ class FurnitureWriter:
         return tuple((to.real, to.imag, *corner[2:]) for to, corner in zip(moved, corners, strict=True))
 
 
-def _outline(corners: _Corners, indent: str, attributes: str) -> str:
+def _outline(corners: _Corners, attributes: str) -> str:
     texts = [
-        f'{indent} <cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>\n'
+        f'<cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>'
         for u, v, z, height in corners
     ]
-    return f"{indent}<outline{attributes}>\n{''.join(texts)}{indent}</outline>\n"
+    return f"<outline{attributes}>{''.join(texts)}</outline>"
 
 
 def _by_road(things: Iterable[_Thing]) -> Mapping[int, list[_Thing]]:
@@ -173,9 +173,9 @@ def controllers_text(controllers: Iterable[Controller]) -> str:
     """Return the ``<controller>`` elements that stand between roads and junctions."""
     text = ""
     for item in controllers:
-        switched = [f'  <control signalId="{signal}" type="{attribute(item.kind)}"/>\n' for signal in item.signals]
-        head = f' <controller id="{item.id}"{_text("name", item.name)} sequence="{item.sequence}">\n'
-        text += f"{head}{''.join(switched)} </controller>\n"
+        switched = [f'<control signalId="{signal}" type="{attribute(item.kind)}"/>' for signal in item.signals]
+        head = f'<controller id="{item.id}"{_text("name", item.name)} sequence="{item.sequence}">'
+        text += f"{head}{''.join(switched)}</controller>\n"
     return text
 
 
@@ -184,14 +184,14 @@ def junction_controllers(controllers: Iterable[Controller]) -> Mapping[int, str]
     found: defaultdict[int, str] = defaultdict(str)
     for item in controllers:
         if item.junction is not None:
-            text = f'  <controller id="{item.id}" type="{attribute(item.kind)}" sequence="{item.sequence}"/>\n'
+            text = f'<controller id="{item.id}" type="{attribute(item.kind)}" sequence="{item.sequence}"/>\n'
             found[item.junction] += text
     return found
 
 
 def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
     """Return the ``<userData>`` of a road: the OSM ways that it comes from, and what had to be guessed about them."""
-    return _way_ids(way_ids, "  ") + user_data("guessed", " ".join(guesses), "  ")
+    return _way_ids(way_ids) + user_data("guessed", " ".join(guesses))
 
 
 def _crosswalk_offsets(road_map: RoadMap) -> dict[int, tuple[float, float]]:
@@ -210,34 +210,34 @@ def _crosswalk_offsets(road_map: RoadMap) -> dict[int, tuple[float, float]]:
     return {item.id: (a, b) for item, a, b in zip(crosswalks, offsets, slopes, strict=True)}
 
 
-def _way_ids(way_ids: tuple[int, ...], indent: str) -> str:
-    return user_data("osm_way_ids", " ".join(map(str, way_ids)), indent)
+def _way_ids(way_ids: tuple[int, ...]) -> str:
+    return user_data("osm_way_ids", " ".join(map(str, way_ids)))
 
 
 def _structure(item: RoadStructure, length: float) -> str:
     """Return a ``<bridge>`` or ``<tunnel>``."""
     head = (
-        f'   <{item.kind} id="{item.id}"{_text("name", item.name)} {_stretch(item.s, item.length, length)}'
+        f'<{item.kind} id="{item.id}"{_text("name", item.name)} {_stretch(item.s, item.length, length)}'
         f' type="{attribute(item.type)}"'
     )
     if item.kind == "tunnel":
         head += f' lighting="{_size(item.lighting)}" daylight="{_size(item.daylight)}"'
-    return _element(item.kind, head, _way_ids(item.osm_way_ids, "    "))
+    return _element(item.kind, head, _way_ids(item.osm_way_ids))
 
 
 def _repeat(item: ObjectRepeat, length: float) -> str:
     """Return the ``<repeat>`` of an object."""
     return (
-        f"    <repeat {_stretch(item.s, item.length, length)}"
+        f"<repeat {_stretch(item.s, item.length, length)}"
         f' distance="{_size(item.distance)}" tStart="{_size(item.t_start)}" tEnd="{_size(item.t_end)}"'
         f' heightStart="{_size(item.height)}" heightEnd="{_size(item.height)}"'
         f' zOffsetStart="{_size(item.z_offset)}" zOffsetEnd="{_size(item.z_offset)}"'
-        f' widthStart="{_size(item.width)}" widthEnd="{_size(item.width)}"/>\n'
+        f' widthStart="{_size(item.width)}" widthEnd="{_size(item.width)}"/>'
     )
 
 
 def _element(tag: str, head: str, inner: str) -> str:
-    return f"{head}>\n{inner}   </{tag}>\n" if inner else f"{head}/>\n"
+    return f"{head}>{inner}</{tag}>\n" if inner else f"{head}/>\n"
 
 
 def _along(s: float, length: float) -> str:

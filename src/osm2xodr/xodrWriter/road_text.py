@@ -1,4 +1,8 @@
-"""Roads, their lanes, and junctions as XML; the numbers of tables and furniture come from elsewhere."""
+"""Roads, their lanes, and junctions as XML; the numbers of tables and furniture come from elsewhere.
+
+A line holds an element with all that belongs to it, such as a record of a table or a lane. Lines are not indented: in
+files of millions of lanes blanks would be a tenth of all bytes.
+"""
 
 from __future__ import annotations
 
@@ -39,37 +43,47 @@ class LaneWriter:
     def __init__(self, words: Words, *, marks_in_junctions: bool = False) -> None:
         self._words = words
         self._marks_in_junctions = marks_in_junctions
-        self._sections: dict[tuple[int, bool], str] = {}
+        self._sections: dict[tuple[int, bool, float | None], str] = {}
         self._heads: dict[_Head, tuple[str, str]] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
         # By side of the centre line, on which the words for a mark may depend.
         self._marks: tuple[dict[RoadMark, str], ...] = ({}, {}, {})
 
-    def sections(self, sections: tuple[LaneSection, ...], length: float, *, in_junction: bool = False) -> str:
-        """Return the ``<laneSection>`` elements of a road of a length, m."""
+    def sections(
+        self,
+        sections: tuple[LaneSection, ...],
+        length: float,
+        *,
+        in_junction: bool = False,
+        limit: float | None = None,
+    ) -> str:
+        """Return the ``<laneSection>`` elements of a road of a length, m.
+
+        Lanes whose speed, m/s, is the `limit` of the whole road need not repeat it.
+        """
         bare = in_junction and not self._marks_in_junctions
         if len(sections) == 1 and sections[0].s == 0.0:
             # Roads share sections that are alike, so identity is enough (the map keeps them alive).
-            key = id(sections[0]), bare
+            key = id(sections[0]), bare, limit
             known = self._sections.get(key)
             if known is None:
-                known = self._sections[key] = self._section(sections[0], "0", bare)
+                known = self._sections[key] = self._section(sections[0], "0", bare, limit)
             return known
         starts = [position(section.s) for section in sections]
         starts[-1] = formatting.start_of_last(sections[-1].s, length)
-        return "".join([self._section(*pair, bare) for pair in zip(sections, starts, strict=True)])
+        return "".join([self._section(*pair, bare, limit) for pair in zip(sections, starts, strict=True)])
 
-    def _section(self, section: LaneSection, start: str, bare: bool) -> str:
+    def _section(self, section: LaneSection, start: str, bare: bool, limit: float | None) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
         unmarked = _unmarked(section.lanes, bare)
         for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
-            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked))
-        sides = zip(("left", "center", "right"), map("".join, texts.values()), strict=True)
-        inner = [_side_text(tag, text) for tag, text in sides if text or tag == "center"]
-        return f'   <laneSection s="{start}">\n{"".join(inner)}   </laneSection>\n'
+            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked, limit))
+        sides = zip(("left", "center", "right"), map("\n".join, texts.values()), strict=True)
+        inner = "\n".join([f"<{tag}>{text}</{tag}>" for tag, text in sides if text or tag == "center"])
+        return f'<laneSection s="{start}">{inner}</laneSection>\n'
 
-    def _lane(self, lane: Lane, unmarked: bool) -> str:
+    def _lane(self, lane: Lane, unmarked: bool, limit: float | None) -> str:
         """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
         head, text = self._heads.get(key) or self._head(key)
@@ -78,13 +92,13 @@ class LaneWriter:
         if lane.road_mark is not None and not unmarked:
             side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
-        if lane.speed is not None:
-            text += f'      <speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>\n'
+        if lane.speed is not None and lane.speed != limit:
+            text += f'<speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>'
         for user in self._words.access(lane.access.value) if lane.access is not Access.ALL else ():
-            text += f'      <access sOffset="0" rule="allow" restriction="{user}"/>\n'
+            text += f'<access sOffset="0" rule="allow" restriction="{user}"/>'
         if lane.height:
             text += _heights(lane)
-        return f"{head}>\n{text}     </lane>\n" if text else f"{head}/>\n"
+        return f"{head}>{text}</lane>" if text else f"{head}/>"
 
     def _head(self, key: _Head) -> tuple[str, str]:
         """Return and remember the start of a lane, and its links."""
@@ -92,19 +106,19 @@ class LaneWriter:
         runs = self._words.lane_direction(kind.value)
         direction = f' direction="{runs}"' if runs else ""
         words = self._words
-        head, links = f'     <lane id="{words.lane_id(number_)}" type="{words.lane_type(kind.value)}"{direction}', ""
+        head, links = f'<lane id="{words.lane_id(number_)}" type="{words.lane_type(kind.value)}"{direction}', ""
         if predecessor is not None or successor is not None:
             before = "" if predecessor is None else f'<predecessor id="{words.lane_id(predecessor)}"/>'
             after = "" if successor is None else f'<successor id="{words.lane_id(successor)}"/>'
-            links = f"      <link>{before}{after}</link>\n"
+            links = f"<link>{before}{after}</link>"
         self._heads[key] = head, links
         return head, links
 
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Return and remember the ``<width>`` elements of a lane."""
         text = "".join(
-            f'      <width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
-            f' c="{number(w.c)}" d="{number(w.d)}"/>\n'
+            f'<width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
+            f' c="{number(w.c)}" d="{number(w.d)}"/>'
             for w in widths
         )
         self._widths[widths] = text
@@ -115,8 +129,8 @@ class LaneWriter:
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
         change = self._words.lane_change(mark.lane_change, side)
         text = (
-            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
-            f' width="{number(mark.width)}" laneChange="{change}"/>\n'
+            f'<roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
+            f' width="{number(mark.width)}" laneChange="{change}"/>'
         )
         self._marks[side][mark] = text
         return text
@@ -152,16 +166,9 @@ def _heights(lane: Lane) -> str:
     for width in lane.widths:
         up = position(lane.height) if width.a or not width.is_flat else "0"
         if up != last:
-            out += f'      <height sOffset="{position(width.s)}" inner="{up}" outer="{up}"/>\n'
+            out += f'<height sOffset="{position(width.s)}" inner="{up}" outer="{up}"/>'
             last = up
     return out
-
-
-def _side_text(tag: str, lanes: str) -> str:
-    """Return the lanes of one side, in one line where that is a centre without a mark."""
-    if lanes.count("\n") == 1:
-        return f"    <{tag}>{lanes.strip()}</{tag}>\n"
-    return f"    <{tag}>\n{lanes}    </{tag}>\n"
 
 
 def _side(lane_id: int) -> int:
@@ -197,26 +204,28 @@ class RoadWriter:
 
     def road(self, road: Road, tables: RoadTables) -> str:
         """Return a ``<road>``, its parts in the order of the schema."""
-        junction = -1 if road.junction is None else road.junction
-        sections = self._lanes.sections(road.lane_sections, tables.length, in_junction=road.junction is not None)
+        junction, inside = (-1, False) if road.junction is None else (road.junction, True)
+        # Elsewhere SUMO reads the limits of lanes alone.
+        limit = road.types[0].speed if inside and len(road.types) == 1 else None
+        sections = self._lanes.sections(road.lane_sections, tables.length, in_junction=inside, limit=limit)
         return (
-            f' <road{name_attribute(road.name)} length="{position(tables.length)}" id="{road.id}"'
+            f'<road{name_attribute(road.name)} length="{position(tables.length)}" id="{road.id}"'
             f' junction="{junction}"{self._side}>\n'
             f"{_links(road)}"
             f"{''.join([self._types.get(item) or self._type(item) for item in road.types])}"
-            f"  <planView>\n{tables.geometry}  </planView>\n"
+            f"<planView>{tables.geometry}</planView>\n"
             f"{_profile('elevationProfile', tables.elevation)}"
             f"{_profile('lateralProfile', tables.superelevation)}"
-            f"  <lanes>\n{tables.lane_offset}{sections}  </lanes>\n"
+            f"<lanes>{tables.lane_offset}{sections}</lanes>\n"
             f"{self._furniture.road(road.id, tables.length)}"
             f"{provenance_text(road.osm_way_ids, road.guesses)}"
-            f"{user_data(UNMEASURED_HEIGHTS, tables.unmeasured, '  ')}"
-            " </road>\n"
+            f"{user_data(UNMEASURED_HEIGHTS, tables.unmeasured)}"
+            "</road>\n"
         )
 
     def _type(self, item: RoadType) -> str:
         """Return and remember a ``<type>`` with its speed limit."""
-        text = f'  <type s="{position(item.s)}" type="{self._words.road_type(item.type)}"'
+        text = f'<type s="{position(item.s)}" type="{self._words.road_type(item.type)}"'
         speed = item.speed
         text += "/>\n" if speed is None else f"><speed {formatting.road_speed_attributes(speed)}/></type>\n"
         self._types[item] = text
@@ -225,13 +234,13 @@ class RoadWriter:
 
 def _profile(element: str, records: str) -> str:
     """Return a profile of records; empty without any, where readers take it for 0."""
-    return f"  <{element}>\n{records}  </{element}>\n" if records else ""
+    return f"<{element}>{records}</{element}>\n" if records else ""
 
 
 def _links(road: Road) -> str:
     """Return the ``<link>`` of a road, which must exist even if empty: some readers use it unchecked."""
     inner = _link("predecessor", road.predecessor) + _link("successor", road.successor)
-    return f"  <link>\n{inner}  </link>\n" if inner else "  <link/>\n"
+    return f"<link>{inner}</link>\n" if inner else "<link/>\n"
 
 
 def _link(element: str, link: RoadLink | None) -> str:
@@ -239,23 +248,23 @@ def _link(element: str, link: RoadLink | None) -> str:
     if link is None:
         return ""
     if link.to_junction:
-        return f'   <{element} elementType="junction" elementId="{link.id}"/>\n'
+        return f'<{element} elementType="junction" elementId="{link.id}"/>'
     contact = "start" if link.at_start else "end"
-    return f'   <{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>\n'
+    return f'<{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>'
 
 
 def junction_text(junction: Junction, words: Words, controllers: str = "") -> str:
     """Return a ``<junction>``: its connections, then priorities, then the text of its controllers."""
     number_ = words.lane_id
     connections = [
-        f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
+        f'<connection id="{item.id}" incomingRoad="{item.incoming_road}"'
         f' connectingRoad="{item.connecting_road}" contactPoint="start">'
         + "".join([f'<laneLink from="{number_(a)}" to="{number_(b)}"/>' for a, b in item.lane_links])
         + "</connection>\n"
         for item in junction.connections
     ]
-    priorities = [f'  <priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
+    priorities = [f'<priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
     return (
-        f' <junction{name_attribute(junction.name)} id="{junction.id}">\n'
-        f"{''.join(connections)}{''.join(priorities)}{controllers}  </junction>\n"
+        f'<junction{name_attribute(junction.name)} id="{junction.id}">\n'
+        f"{''.join(connections)}{''.join(priorities)}{controllers}</junction>\n"
     )

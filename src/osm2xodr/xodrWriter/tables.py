@@ -13,18 +13,17 @@ from osm2xodr.curves import end_curvature
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
 from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
-_GEOMETRY: Final = f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">'
+_GEOMETRY: Final = f'<geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">'
 _ARC: Final = f'{_GEOMETRY}<arc curvature="{CURVATURE}"/></geometry>\n'
 _SPIRAL: Final = f'{_GEOMETRY}<spiral curvStart="{CURVATURE}" curvEnd="{CURVATURE}"/></geometry>\n'
 _LINE: Final = f"{_GEOMETRY}<line/></geometry>\n"
-_CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
+_CUBIC: Final = f'<%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
 # Separates the texts of curves while they are made together; not allowed in XML, so in none of them.
 _BETWEEN: Final = "\0"
 
-# Decimals of headings, and of the terms of a cubic at the end of its record (10 nm): readers compute positions from
-# them to well below a micrometre, and no digit is superfluous.
-_HEADING_DECIMALS: Final = 11
-_CUBIC_DECIMALS: Final = 8
+# Decimals of what headings and the terms of a cubic come to at the end of their record (10 nm): readers compute
+# positions from them to well below a micrometre, and no digit is superfluous.
+_END_DECIMALS: Final = 8
 
 
 def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
@@ -36,11 +35,12 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     records = slice(int(start[0]), int(start[-1]))
     curvature, end, bends = plan.curvature[records], end_curvature(plan, records), plan.rate[records] != 0.0
     s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
+    hdg = rounded(plan.hdg[records], _END_DECIMALS + np.ceil(np.log10(np.maximum(length, 1.0))))
     shape = np.where(bends, 2, curvature != 0.0).astype(np.int64)
     patterns = [(_LINE, _ARC, _SPIRAL)[k] for k in shape.tolist()]
     for record in (start[1:-1] - start[0]).tolist():
         patterns[record] = _BETWEEN + patterns[record]
-    table = np.column_stack([s, x, y, rounded(plan.hdg[records], _HEADING_DECIMALS), length, curvature, end])
+    table = np.column_stack([s, x, y, hdg, length, curvature, end])
     written = np.ones(table.shape, np.bool_)
     written[:, -2], written[:, -1] = shape > 0, bends
     return _per_curve("".join(patterns) % tuple(table[written].tolist()), last - first)
@@ -70,7 +70,7 @@ def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last:
     return [
         rounded(s, POSITION_DECIMALS),
         rounded(profile.a[records], POSITION_DECIMALS),
-        *(rounded(coefficients[k][records], _CUBIC_DECIMALS + k * digits) for k in (1, 2, 3)),
+        *(rounded(coefficients[k][records], _END_DECIMALS + k * digits) for k in (1, 2, 3)),
     ]
 
 
