@@ -132,3 +132,29 @@ def test_words_of_the_options_are_those_of_the_checker() -> None:
     assert cli_check.READERS == checking.READERS
     assert tuple(cli_check.DEFAULT_READERS.split(",")) == checking.DEFAULT_READERS
     assert set(cli_check.SEVERITIES) == {item.word for item in checking.Severity}
+
+
+@pytest.mark.parametrize(
+    ("rule", "note", "lights", "options"),
+    [
+        ("RHT", "", False, "--opendrive.internal-shapes --opendrive-files {path}"),
+        ("RHT", "", True, "--opendrive.internal-shapes --opendrive-files {path} --tllogic-files {stem}.tll.xml"),
+        ("LHT", '<userData code="lanes" value="negated"/>', False, "--lefthand --opendrive-files {path}"),
+        # No command makes netconvert read it right.
+        ("LHT", "", False, ""),
+    ],
+)
+def test_the_command_for_sumo_is_said(
+    rule: str, note: str, lights: bool, options: str, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = sound_map().replace('rule="RHT"', f'rule="{rule}"').replace("</header>", f"{note}</header>")
+    sound.write_text(text, encoding="utf-8")
+    if lights:
+        sound.with_suffix(".tll.xml").write_text("", encoding="utf-8")
+    main(["check", str(sound), "--for", "sumo"])
+    stem = str(sound.with_suffix(""))
+    said = f"osm2xodr: SUMO loads it with: netconvert {options.format(path=sound, stem=stem)} -o {stem}.net.xml\n"
+    assert capsys.readouterr().err == (said if options else "")
+    # Who did not ask for SUMO is not told.
+    main(["check", str(sound)])
+    assert capsys.readouterr().err == ""

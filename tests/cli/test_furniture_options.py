@@ -74,7 +74,12 @@ def test_what_a_target_wants(tmp_path: Path) -> None:
         ((), []),
         (
             ("--target", "sumo"),
-            ["netconvert --opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' -o 'my map.net.xml'"],
+            [
+                (
+                    "netconvert --opendrive.internal-shapes --opendrive-files 'my map.xodr' "
+                    "--tllogic-files 'my map.tll.xml' -o 'my map.net.xml'"
+                )
+            ],
         ),
         (
             ("--target", "sumo", "--left-hand"),
