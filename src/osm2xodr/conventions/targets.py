@@ -79,8 +79,9 @@ class Target:
     # controllers by default, and OpenDRIVE has no times.
     programmes: bool = False
     # The command that loads a file, and what it needs where traffic drives on the left and on the right; empty if
-    # there is none to say. SUMO's netconvert draws its own paths through junctions, on which cars that wait to turn
-    # touch others; ours it takes on demand, but does not mirror them with `--lefthand` (measured with 1.28).
+    # there is none to say. SUMO's netconvert cuts roads that part at acute angles by up to 50 m, but for
+    # `--junctions.endpoint-shape`. It draws its own paths through junctions, on which cars that wait to turn touch
+    # others; ours it takes on demand, but does not mirror them with `--lefthand` (all measured with 1.28).
     command: str = ""
     left_hand_option: str = ""
     right_hand_option: str = ""
@@ -143,7 +144,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 priority_signs=True,
                 polyline_step=2.0,
                 programmes=True,
-                command="netconvert{side} --opendrive-files {path}{lights} -o {net}",
+                command="netconvert{side} --junctions.endpoint-shape --opendrive-files {path}{lights} -o {net}",
                 left_hand_option="--lefthand",
                 right_hand_option="--opendrive.internal-shapes",
                 programmes_option="--tllogic-files",
