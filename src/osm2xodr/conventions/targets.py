@@ -68,6 +68,9 @@ class Target:
     # negative ids for those along s, and `--lefthand` puts them on the left (measured with 1.28; its own export of
     # left-hand networks does the same, option ``opendrive-output.lefthand-left``).
     negated_left_hand: bool = False
+    # Whether signals have one range of lanes at most, with those for bicycles between lanes for cars. SUMO's
+    # netconvert reads the last range alone (1.28), and guesses which lights the other lanes have.
+    one_validity: bool = False
     # Whether signs that say who yields are added where the map has none. SUMO's netconvert does not read
     # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
     # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
@@ -141,6 +144,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 light_references=False,
                 lights_for_people=False,
                 negated_left_hand=True,
+                one_validity=True,
                 priority_signs=True,
                 polyline_step=2.0,
                 programmes=True,

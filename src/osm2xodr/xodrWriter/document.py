@@ -45,7 +45,11 @@ def write_document(
     target, words = options.target, words_for(road_map, options)
     if target.polyline_step:
         road_map = replace(road_map, plan_view=plan_of_even_steps(road_map, target.polyline_step))
-    how = {"as_met": target.priority_signs, "object_ids": target.object_ids}
+    how = {
+        "as_met": target.priority_signs,
+        "object_ids": target.object_ids,
+        "one_validity": target.one_validity,
+    }
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, **how)
     left_hand = options.dialect.has_rule and road_map.rule is Rule.LEFT_HAND
     writer = RoadWriter(words, furniture, left_hand=left_hand, marks_in_junctions=target.marks_in_junctions)

@@ -37,10 +37,11 @@ def plan_of_even_steps(road_map: RoadMap, step: float) -> PlanView:
 
 
 def cut_at(plan: PlanView, curve: IntArray, s: FloatArray, least: float) -> PlanView:
-    """Cut records at places (n,), m, but none nearer than `least` to the record's ends or the place before it."""
+    """Cut arcs and spirals at places (n,), m, none nearer than `least` to a record's ends or the place before it."""
     row = find_record(plan.start, plan.s, curve, s)
     ds = s - plan.s[row]
-    inside = (ds >= least) & (plan.length[row] - ds >= least)
+    bent = (plan.curvature[row] != 0.0) | (plan.rate[row] != 0.0)
+    inside = bent & (ds >= least) & (plan.length[row] - ds >= least)
     order = np.lexsort((ds[inside], row[inside]))
     row, ds = row[inside][order], ds[inside][order]
     apart = np.ones(len(row), bool)
