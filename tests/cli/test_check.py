@@ -132,3 +132,32 @@ def test_words_of_the_options_are_those_of_the_checker() -> None:
     assert cli_check.READERS == checking.READERS
     assert tuple(cli_check.DEFAULT_READERS.split(",")) == checking.DEFAULT_READERS
     assert set(cli_check.SEVERITIES) == {item.word for item in checking.Severity}
+
+
+@pytest.mark.parametrize(
+    ("rule", "note", "lights", "option"),
+    [
+        ("RHT", "", False, "--opendrive.internal-shapes"),
+        ("RHT", "", True, "--opendrive.internal-shapes"),
+        ("LHT", '<userData code="lanes" value="negated"/>', False, "--lefthand"),
+        # No command makes netconvert read it right.
+        ("LHT", "", False, ""),
+    ],
+)
+def test_the_command_for_sumo_is_said(
+    rule: str, note: str, lights: bool, option: str, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = sound_map().replace('rule="RHT"', f'rule="{rule}"').replace("</header>", f"{note}</header>")
+    sound.write_text(text, encoding="utf-8")
+    stem = str(sound.with_suffix(""))
+    if lights:
+        Path(f"{stem}.tll.xml").write_text("", encoding="utf-8")
+    main(["check", str(sound), "--for", "sumo"])
+    programmes = f" --tllogic-files {stem}.tll.xml" if lights else ""
+    command = (
+        f"netconvert {option} --junctions.endpoint-shape --opendrive-files {sound}{programmes} -o {stem}.net.xml"
+    )
+    assert capsys.readouterr().err == (f"osm2xodr: SUMO loads it with: {command}\n" if option else "")
+    # Who did not ask for SUMO is not told.
+    main(["check", str(sound)])
+    assert capsys.readouterr().err == ""

@@ -72,19 +72,8 @@ def test_what_a_target_wants(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ((), []),
-        (
-            ("--target", "sumo"),
-            ["netconvert --opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' -o 'my map.net.xml'"],
-        ),
-        (
-            ("--target", "sumo", "--left-hand"),
-            [
-                (
-                    "netconvert --lefthand --opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' "
-                    "-o 'my map.net.xml'"
-                )
-            ],
-        ),
+        (("--target", "sumo"), ["--opendrive.internal-shapes"]),
+        (("--target", "sumo", "--left-hand"), ["--lefthand"]),
         (("--target", "sumo", "-q"), []),
     ],
 )
@@ -99,7 +88,9 @@ def test_the_command_that_loads_the_file_is_said_last(
     Path("area.osm").write_text(MAP, encoding="utf-8")
     assert main(["convert", "area.osm", "-o", "my map.xodr", *options]) == 0
     lines = capsys.readouterr().err.splitlines()
-    assert [line for line in lines if "netconvert" in line] == [f"osm2xodr: load it with: {text}" for text in said]
+    files = "--opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' -o 'my map.net.xml'"
+    commands = [f"osm2xodr: load it with: netconvert {text} --junctions.endpoint-shape {files}" for text in said]
+    assert [line for line in lines if "netconvert" in line] == commands
     assert not said or "netconvert" in lines[-1]
 
 

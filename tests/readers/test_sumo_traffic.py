@@ -94,8 +94,9 @@ def test_left_hand_traffic_finds_its_routes(tmp_path: Path) -> None:
     assert routed_share(trips, tmp_path / "generic.net.xml") < 0.75
 
 
-def test_right_hand_traffic_finds_its_routes(tmp_path: Path) -> None:
-    net = imported(convert(RIGHT_HAND, "sumo", tmp_path), tmp_path)
+@pytest.mark.parametrize("options", [(), ("--opendrive.internal-shapes", "--junctions.endpoint-shape")])
+def test_right_hand_traffic_finds_its_routes(options: tuple[str, ...], tmp_path: Path) -> None:
+    net = imported(convert(RIGHT_HAND, "sumo", tmp_path), tmp_path, *options)
     assert not any(sides(net))
     trips = trips_through(net)
     assert len(trips) > 15

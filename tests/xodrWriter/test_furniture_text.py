@@ -66,6 +66,13 @@ def test_signals_stand_in_their_roads() -> None:
     assert len(limit) == 0
 
 
+@pytest.mark.parametrize(("target", "ranges"), [("generic", [("-4", "-3"), ("-1", "-1")]), ("sumo", [("-4", "-1")])])
+def test_signals_have_one_range_of_lanes_for_sumo(target: str, ranges: list[tuple[str, str]]) -> None:
+    light = replace(furnished_crossing().furniture.signals[0], validity=((-4, -3), (-1, -1)))
+    found = parsed(with_signal(light), WriteOptions(target=TARGETS[target])).iter("validity")
+    assert [(item.get("fromLane"), item.get("toLane")) for item in found] == ranges
+
+
 def test_references_follow_the_signals_of_a_road() -> None:
     road = parsed(furnished_crossing()).findall("road")[2]
     (reference,) = road.find("signals")

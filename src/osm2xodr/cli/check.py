@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from osm2xodr import defaults
 from osm2xodr.cli.options import PATH, check_targets, file_argument, limit_options, overwrite_option
 from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stream_to
+
+if TYPE_CHECKING:
+    from osm2xodr.checking import CheckResult
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
 # for --help; a test holds them equal.
 FORMATS = ("text", "json", "sarif", "junit")
 READERS = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS = "carla,esmini,sumo"
+SUMO = "sumo"
 SEVERITIES = ("error", "warning", "info")
 # For --for: the standard alone.
 STANDARD_ONLY = "standard"
@@ -110,7 +116,23 @@ def check(
     if output != STANDARD_OUTPUT and not quiet:
         click.echo(f"osm2xodr: {result.headline()}", err=True)
         click.echo(f"osm2xodr: wrote {label(output)}", err=True)
+    asked = click.get_current_context().get_parameter_source("readers") is not ParameterSource.DEFAULT
+    command = _load_command(file, result) if asked and not quiet and SUMO in wanted else ""
+    if command:
+        click.echo(f"osm2xodr: SUMO loads it with: {command}", err=True)
     return FINDINGS if result.failed(least) else CLEAN
+
+
+def _load_command(file: Path, result: CheckResult) -> str:
+    """Return the command that imports a file into SUMO; empty where none reads it right, or that is not known."""
+    from osm2xodr.conventions import TARGETS, programmes_file
+
+    ignored, negated = "left-hand-ignored", "left-hand-negated"
+    found = result.by_rule()
+    if ignored in found or not {ignored, negated} <= result.rules:
+        return ""
+    path, lights = shlex.quote(str(file)), programmes_file(file).exists()
+    return TARGETS[SUMO].load_command(path, left_hand=negated in found, programmes=lights)
 
 
 def _list_rules(context: click.Context) -> None:

@@ -68,19 +68,26 @@ class Target:
     # negative ids for those along s, and `--lefthand` puts them on the left (measured with 1.28; its own export of
     # left-hand networks does the same, option ``opendrive-output.lefthand-left``).
     negated_left_hand: bool = False
+    # Whether signals have one range of lanes at most, with those for bicycles between lanes for cars. SUMO's
+    # netconvert reads the last range alone (1.28), and guesses which lights the other lanes have.
+    one_validity: bool = False
     # Whether signs that say who yields are added where the map has none. SUMO's netconvert does not read
     # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
     # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
     priority_signs: bool = False
-    # Distance of the points of polylines that it makes of arcs, from the start of each record, m; 0 if it makes none.
-    # SUMO moves such lines to the lanes (``opendrive.curve-resolution``).
-    arc_step: float = 0.0
+    # Distance of the points of polylines that it makes of reference lines, from the start of each record, m; 0 if it
+    # makes none. SUMO moves such lines to the lanes (``opendrive.curve-resolution``).
+    polyline_step: float = 0.0
     # Whether signal programmes are written beside the file. SUMO's netconvert would guess them: it reads no
     # controllers by default, and OpenDRIVE has no times.
     programmes: bool = False
-    # The command that loads a file, and what it needs where traffic drives on the left; empty if there is none to say
+    # The command that loads a file, and what it needs where traffic drives on the left and on the right; empty if
+    # there is none to say. SUMO's netconvert cuts roads that part at acute angles by up to 50 m, but for
+    # `--junctions.endpoint-shape`. It draws its own paths through junctions, on which cars that wait to turn touch
+    # others; ours it takes on demand, but does not mirror them with `--lefthand` (all measured with 1.28).
     command: str = ""
     left_hand_option: str = ""
+    right_hand_option: str = ""
     programmes_option: str = ""
 
     def load_command(self, path: str, *, left_hand: bool, programmes: bool = False) -> str:
@@ -90,7 +97,8 @@ class Target:
         """
         stem, quote = path.removesuffix("'").removesuffix(".xodr"), "'" * path.endswith("'")
         lights = f" {self.programmes_option} {stem}{_PROGRAMMES}{quote}" if programmes else ""
-        side = f" {self.left_hand_option}" if left_hand else ""
+        side = self.left_hand_option if left_hand else self.right_hand_option
+        side = f" {side}" if side else ""
         return self.command.format(path=path, net=f"{stem}.net.xml{quote}", side=side, lights=lights)
 
 
@@ -136,11 +144,13 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 light_references=False,
                 lights_for_people=False,
                 negated_left_hand=True,
+                one_validity=True,
                 priority_signs=True,
-                arc_step=2.0,
+                polyline_step=2.0,
                 programmes=True,
-                command="netconvert{side} --opendrive-files {path}{lights} -o {net}",
+                command="netconvert{side} --junctions.endpoint-shape --opendrive-files {path}{lights} -o {net}",
                 left_hand_option="--lefthand",
+                right_hand_option="--opendrive.internal-shapes",
                 programmes_option="--tllogic-files",
             ),
             Target("roadrunner", own_codes=True),

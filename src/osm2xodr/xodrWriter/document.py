@@ -17,7 +17,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
-from osm2xodr.xodrWriter.even_arcs import with_even_ends
+from osm2xodr.xodrWriter.even_steps import plan_of_even_steps
 from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
@@ -43,10 +43,13 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    if target.arc_step:
-        plain = np.array([road.junction is None for road in road_map.roads], bool)
-        road_map = replace(road_map, plan_view=with_even_ends(road_map.plan_view, plain, target.arc_step))
-    how = {"as_met": target.priority_signs, "object_ids": target.object_ids}
+    if target.polyline_step:
+        road_map = replace(road_map, plan_view=plan_of_even_steps(road_map, target.polyline_step))
+    how = {
+        "as_met": target.priority_signs,
+        "object_ids": target.object_ids,
+        "one_validity": target.one_validity,
+    }
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, **how)
     left_hand = options.dialect.has_rule and road_map.rule is Rule.LEFT_HAND
     writer = RoadWriter(words, furniture, left_hand=left_hand, marks_in_junctions=target.marks_in_junctions)

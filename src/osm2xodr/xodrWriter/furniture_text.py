@@ -41,11 +41,13 @@ class FurnitureWriter:
         *,
         as_met: bool = False,
         object_ids: bool = True,
+        one_validity: bool = False,
     ) -> None:
         furniture = road_map.furniture
         self._dialect = dialect
         self._crosswalks = crosswalks
         self._object_ids = object_ids
+        self._one_validity = one_validity
         self._offsets = _crosswalk_offsets(road_map)
         self._words = words
         # The last sign of a direction counts for some readers.
@@ -84,7 +86,10 @@ class FurnitureWriter:
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
             f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
         )
-        inner = self._validity(item.validity) + user_data("osm_id", item.osm_id)
+        lanes = item.validity
+        if self._one_validity and lanes:
+            lanes = ((min(map(min, lanes)), max(map(max, lanes))),)
+        inner = self._validity(lanes) + user_data("osm_id", item.osm_id)
         inner += user_data("derived", "priority" if item.derived else "")
         return _element("signal", head, inner)
 

@@ -19,12 +19,13 @@ _TURNS = {"l": "left", "t": "through", "r": "right", "u": "reverse", "ml": "merg
 
 
 def section(text: str, rule: Rule = Rule.RIGHT_HAND) -> CrossSection:
-    """Read lanes from left to right as seen along the street: ``b f:l f`` is one back, a left turn lane, one more."""
+    """Read lanes from left to right as seen along the street: ``b f:l fB``: one back, a left turn, one for buses."""
     lanes = []
     for word in text.split():
         direction, _, turns = word.partition(":")
         marks = frozenset(_TURNS[turn] for turn in turns.split(";") if turn)
-        lanes.append(LaneSpec(LaneType.DRIVING, _DIRECTIONS[direction], 3.0, marks))
+        kind = LaneType.BUS if direction.endswith("B") else LaneType.DRIVING
+        lanes.append(LaneSpec(kind, _DIRECTIONS[direction[0]], 3.0, marks))
     attributes = StreetAttributes(
         1, False, "primary", "", "", tuple(lanes), 0.0, None, None, Structure.GROUND, 0, None, False
     )
@@ -53,6 +54,14 @@ def section(text: str, rule: Rule = Rule.RIGHT_HAND) -> CrossSection:
         ("b m f", "b f", {1: 1, -2: -1}),
         ("b f", "f f", {-1: -2}),
         ("f", "b", {}),
+        # Cars do not continue on a lane for buses, but every lane as one if nothing else is there.
+        ("f fB", "f", {-1: -1}),
+        ("fB f", "f", {-2: -1}),
+        ("fB f f", "f f", {-2: -1, -3: -2}),
+        ("f", "fB f", {-1: -2}),
+        ("b bB f", "b f", {2: 1, -1: -1}),
+        ("fB", "f f", {-1: -1}),
+        ("f:mr fB", "f", {-2: -1}),
     ],
 )
 def test_which_lanes_go_on(before: str, after: str, expected: dict[int, int]) -> None:

@@ -40,8 +40,9 @@ def match_lanes(
 
     Lanes keep their direction, their kind (counted by relations or not) and their order. The side on which lanes open
     or end follows from the first of these that says anything: a connectivity relation; ``turn:lanes`` (new turn
-    lanes, ``merge_to_left``); the position of the lanes (``placement``); else it is the near side of traffic. A lane
-    for both directions that ends where a turn lane opens in its place continues as that lane.
+    lanes, ``merge_to_left``); who may drive on them (cars do not continue on a lane for buses); the position of the
+    lanes (``placement``); else it is the near side of traffic. A lane for both directions that ends where a turn lane
+    opens in its place continues as that lane.
     """
     found: dict[int, int] = {}
     for direction, counted in product((Direction.FORWARD, Direction.BOTH, Direction.BACKWARD), (True, False)):
@@ -107,22 +108,36 @@ def _pairs(upstream: Sequence[EndLane], downstream: Sequence[EndLane], rule: Rul
     else:
         specs = _specs(upstream)
         marked = _merging_lanes(specs, "merge_to_right"), _merging_lanes(specs[::-1], "merge_to_left")
-    # t is left positive as drivers see it.
-    sign = 1.0 if along else -1.0
-    places = [[sign * lane.t for lane in lanes] for lanes in (upstream, downstream)]
-    in_line = None if any(marked) else _in_line(abs(gain), fewer, places[0], places[1], gain > 0)
-    at_left = _at_left(abs(gain), *marked, rule) if in_line is None else in_line
+    at_left = None
+    if not any(marked):
+        more, less = (downstream, upstream) if gain > 0 else (upstream, downstream)
+        at_left = _of_one_type(_specs(more), _specs(less))
+        if at_left is None:
+            # t is left positive as drivers see it.
+            sign = 1.0 if along else -1.0
+            at_left = _in_line([sign * lane.t for lane in more], [sign * lane.t for lane in less])
+    if at_left is None:
+        at_left = _at_left(abs(gain), *marked, rule)
     return [(k, k + at_left) if gain > 0 else (k + at_left, k) for k in range(fewer)]
 
 
-def _in_line(
-    change: int, fewer: int, t_upstream: Sequence[float], t_downstream: Sequence[float], gains: bool
-) -> int | None:
+def _of_one_type(more: Sequence[LaneSpec], less: Sequence[LaneSpec]) -> int | None:
+    """Return how many lanes open or end at the left if more of the others then keep their type than else, or None."""
+    kept = [
+        sum(one.type is more[k + at_left].type for k, one in enumerate(less))
+        for at_left in range(len(more) - len(less) + 1)
+    ]
+    best = max(kept)
+    return kept.index(best) if kept.count(best) == 1 else None
+
+
+def _in_line(more: Sequence[float], less: Sequence[float]) -> int | None:
     """Return how many lanes open or end at the left if that clearly keeps the others in line, else None.
 
-    ``placement`` is what moves lanes apart: it says where the OSM line runs, so which lanes continue straight.
+    ``placement`` is what moves lanes apart: it says where the OSM line runs, so which lanes continue straight. `more`
+    and `less` are the places of the lanes on either side, m.
     """
-    more, less = (t_downstream, t_upstream) if gains else (t_upstream, t_downstream)
+    change, fewer = len(more) - len(less), len(less)
     shifts = [sum(abs(less[k] - more[k + at_left]) for k in range(fewer)) / fewer for at_left in range(change + 1)]
     best = min(range(change + 1), key=lambda at_left: shifts[at_left])
     others = [shift for at_left, shift in enumerate(shifts) if at_left != best]
