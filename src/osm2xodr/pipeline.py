@@ -23,6 +23,7 @@ from osm2xodr.geometry import (
     ground_around,
     keep_own_area,
     mark_unmeasured,
+    with_boundaries,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions
@@ -51,6 +52,7 @@ class PipelineOptions:
     jobs: int = 1  # How many processes work at once, at least 1; the result is the same for any number
     # The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
     partition: Partition | None = None
+    boundaries: bool = False  # Whether junctions get a boundary
 
 
 class _Terrain(NamedTuple):
@@ -93,6 +95,8 @@ def convert(
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)
         road_map = keep_own_area(road_map, diagnostics)
+    if options.boundaries:
+        road_map = with_boundaries(road_map, diagnostics)
     if options.parse.corrections.shared:
         diagnostics.forget_code("correction-unused")
     if options.dems:

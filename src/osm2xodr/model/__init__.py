@@ -24,6 +24,8 @@ from osm2xodr.model.furniture import (
 from osm2xodr.model.roads import (
     BorderEnd,
     Borders,
+    BoundaryEdge,
+    BoundaryJoint,
     Connection,
     Cubic,
     CubicProfile,
@@ -95,6 +97,8 @@ __all__ = [
     "BoolArray",
     "BorderEnd",
     "Borders",
+    "BoundaryEdge",
+    "BoundaryJoint",
     "BusStop",
     "Connection",
     "Controller",
