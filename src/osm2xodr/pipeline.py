@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.curves import inside_outline, lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture
+from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
 from osm2xodr.geometry import (
     COMMON_ORIGIN,
     ElevationOptions,
@@ -91,6 +91,8 @@ def convert(
         placed, found = furnishing.result()
     diagnostics.extend(found)
     road_map = with_furniture(road_map, placed)
+    if placed is not None:
+        road_map = with_islands(road_map, diagnostics)
     if partition is not None:
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)

@@ -199,6 +199,15 @@ class Junction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Island:
+    """A raised place in a junction that carriageways go round."""
+
+    junction: int  # Id of the junction
+    road: int  # Index of a connecting road beside it
+    corners: FloatArray  # (n, 2) local x, y, counter-clockwise, m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StreetPlaces(ReadOnlyArrays):
     """Where streets and their tagged nodes are in a `RoadMap`.
 
@@ -348,6 +357,7 @@ class RoadMap:
     country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries
     places: StreetPlaces | None = None
     furniture: Furniture = field(default_factory=Furniture)
+    islands: tuple[Island, ...] = ()  # Raised places in junctions, which are not furniture yet
     # The areas that the roads belong to, if the area is one of several side by side; the road map then includes the
     # surroundings of the area, until they are cut off.
     borders: Borders | None = None
