@@ -47,7 +47,10 @@ def around_bulges(arms: Arms, edges: Edges, pieces: Pieces) -> Pieces:
     walked, good = _walked(_Ways(first[again], second[again], corner, edge), edges)
     gap = np.zeros(len(arms.road))
     gap[again[~good]] = np.inf
-    return pieces.replaced(again, replace(walked, arm=again[walked.arm], gap=gap))
+    pieces = pieces.replaced(again, replace(walked, arm=again[walked.arm], gap=gap))
+    still = _outside(arms, group, of_edge, edges, pieces)
+    pieces.gap[np.isin(group, of_edge[still])] = np.inf
+    return pieces
 
 
 def _outside(arms: Arms, group: IntArray, of_edge: IntArray, edges: Edges, pieces: Pieces) -> BoolArray:
