@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
@@ -35,6 +34,9 @@ def find_holes(grids: Grids, roads: ConnectingRoads) -> list[Hole]:
     holes = grids.holes
     if holes is None or not len(holes.area):
         return found
+    # It takes long to load, and few areas need it.
+    from scipy import ndimage
+
     cars = roads.for_vehicles()
     begin = np.unique(holes.area, return_index=True)[1].tolist()
     for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
@@ -62,6 +64,8 @@ def hole_of(cells: BoolArray, low: FloatArray, road: int) -> Hole | None:
 
     `low` is x, y of the corner of the first cell, m.
     """
+    from scipy import ndimage
+
     parts, count = ndimage.label(ndimage.binary_erosion(cells))
     if not count:
         return None
