@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.curves import inside_outline, lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture
+from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
 from osm2xodr.geometry import (
     COMMON_ORIGIN,
     ElevationOptions,
@@ -23,6 +23,7 @@ from osm2xodr.geometry import (
     ground_around,
     keep_own_area,
     mark_unmeasured,
+    with_boundaries,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions
@@ -51,6 +52,7 @@ class PipelineOptions:
     jobs: int = 1  # How many processes work at once, at least 1; the result is the same for any number
     # The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
     partition: Partition | None = None
+    boundaries: bool = False  # Whether junctions get a boundary
 
 
 class _Terrain(NamedTuple):
@@ -89,10 +91,14 @@ def convert(
         placed, found = furnishing.result()
     diagnostics.extend(found)
     road_map = with_furniture(road_map, placed)
+    if placed is not None:
+        road_map = with_islands(road_map, diagnostics)
     if partition is not None:
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)
         road_map = keep_own_area(road_map, diagnostics)
+    if options.boundaries:
+        road_map = with_boundaries(road_map, diagnostics)
     if options.parse.corrections.shared:
         diagnostics.forget_code("correction-unused")
     if options.dems:

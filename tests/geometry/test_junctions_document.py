@@ -18,7 +18,7 @@ from osm2xodr.geometry.plan_view import defaults as plan_view
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "method" / "junctions.md").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| `(\w+)` \| ([\d.]+)(°?) \|[^|]*\| ([\w/]+) \| .+ \|$", re.MULTILINE)
-FOLDERS = ("junctions", "connections", "pavement")
+FOLDERS = ("junctions", "connections", "pavement", "boundaries")
 # Numbers that only keep arithmetic apart from zero, or the work at once in the processor's cache.
 TECHNICAL = {
     *("_NO_LINE_BELOW", "_NO_ANGLE", "_LONGEST_TANGENT", "_SHORTEST_RECORD", "_SAME_POSE", "_CLOSED", "_WITHIN"),
@@ -43,6 +43,7 @@ def module_of(where: str) -> str:
         "junctions/defaults": "osm2xodr.geometry.junctions.defaults",
         "connections/defaults": "osm2xodr.geometry.connections.defaults",
         "pavement/defaults": "osm2xodr.geometry.pavement.defaults",
+        "boundaries/defaults": "osm2xodr.geometry.boundaries.defaults",
         "geometry/defaults": "osm2xodr.geometry.defaults",
         "plan_view/defaults": "osm2xodr.geometry.plan_view.defaults",
         "osm2xodr/defaults": "osm2xodr.defaults",

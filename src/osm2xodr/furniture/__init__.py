@@ -11,7 +11,15 @@ if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
-__all__ = ["EXTRA_OBJECTS", "FurnitureOptions", "Placed", "find_furniture", "parse_objects_option", "with_furniture"]
+__all__ = [
+    "EXTRA_OBJECTS",
+    "FurnitureOptions",
+    "Placed",
+    "find_furniture",
+    "parse_objects_option",
+    "with_furniture",
+    "with_islands",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +88,18 @@ def with_furniture(road_map: RoadMap, placed: Placed | None) -> RoadMap:
     if placed is None:
         return road_map
     return replace(cut_sections(road_map, placed.section_breaks), furniture=placed.furniture)
+
+
+def with_islands(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+    """Return a road map whose furniture has the islands in its junctions; they are counted in diagnostics."""
+    if not road_map.islands:
+        return road_map
+    from osm2xodr.furniture.objects import island_objects
+
+    furniture = road_map.furniture
+    objects = sorted((*furniture.objects, *island_objects(road_map, diagnostics)), key=_place)
+    statistics = {**furniture.statistics, "objects": float(len(objects))}
+    return replace(road_map, furniture=replace(furniture, objects=tuple(objects), statistics=statistics), islands=())
 
 
 def _place(item: Signal | RoadObject) -> tuple[int, float, int]:

@@ -1,6 +1,7 @@
 """Stage 3: streets and a surface become roads, junctions and connecting roads."""
 
 from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, keep_own_area
+from osm2xodr.geometry.boundaries import with_boundaries
 from osm2xodr.geometry.heights import ElevationOptions, Ground, ground_around, parse_grade_limits
 from osm2xodr.geometry.junctions import RoadOptions
 from osm2xodr.geometry.roads import build_roads
@@ -17,4 +18,5 @@ __all__ = [
     "keep_own_area",
     "mark_unmeasured",
     "parse_grade_limits",
+    "with_boundaries",
 ]

@@ -97,6 +97,11 @@ U_TURN_RADIUS_MAX: Final = 6.0
 TIGHT_BEND: Final = 0.08
 HALF_NARROW_LANE: Final = 1.4
 
+# Cars that drive from arm to arm and back meet where the middles of their ways come nearer than a car is wide, m:
+# the design vehicle of RASt 06 (1.75 m), rounded up; or than this share of narrower lanes' width, a choice.
+CAR_WIDTH: Final = 1.8
+MEETING_SHARE: Final = 0.85
+
 # ---------------------------------------------------------------- streets side by side
 
 # Streets run side by side where the sine of the angle between them is below this; they are compared at places this

@@ -8,15 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import smallest_radius
+from osm2xodr.curves import lengths, pose, runs, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.defaults import SHORTEST_ROAD
+from osm2xodr.geometry.defaults import CAR_WIDTH, MEETING_SHARE, SHORTEST_ROAD
 from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
 from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes, taper_zones
-from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
+from osm2xodr.model import Direction, FloatArray, IntArray, LaneSpec, LaneType, PlanView, Rule, StreetNetwork
+
+# Ways there and back are compared at this many places each, but for this length at either end, m: there lanes meet.
+_PLACES: Final = 16
+_LEAD: Final = 2.0
 
 
 def refuse_without_roads(layout: JunctionLayout) -> None:
@@ -59,6 +63,49 @@ def report_sharp_turns(
         diagnostics.repaired("tight-turn", osm_id, "a turn through the junction is sharper than a car drives")
 
 
+def report_meeting_paths(
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+) -> None:
+    """Report junctions where cars that drive from one arm to another meet those that come back."""
+    there, back = _opposing(connecting)
+    width = 0.5 * (connecting.entry_width + connecting.exit_width)
+    least = np.minimum(CAR_WIDTH, MEETING_SHARE * 0.5 * (width[there] + width[back]))
+    meets = _apart(connecting.plan_view, there, back) < least
+    for osm_id, count in _counted(network, layout, connecting.junction[there[meets]]):
+        text = "cars from one arm to another meet those that come back: the arms leave no room for both"
+        diagnostics.note("paths-meet", osm_id, text if count == 1 else f"{text} ({count} pairs of ways)")
+
+
+def _opposing(connecting: ConnectingRoads) -> tuple[IntArray, IntArray]:
+    """Return the ways there and back between the same two arms, by their rows, (pairs,)."""
+    cars = np.flatnonzero(connecting.for_vehicles() & (connecting.entry != connecting.exit))
+    one_way = np.array([connecting.lane_type[k] is not LaneType.BIDIRECTIONAL for k in cars.tolist()], bool)
+    cars = cars[one_way]
+    entry, exit_ = connecting.entry[cars], connecting.exit[cars]
+    many = int(max(entry.max(initial=0), exit_.max(initial=0))) + 1
+    there, back = entry * many + exit_, exit_ * many + entry
+    order = np.argsort(there, kind="stable")
+    first, last = (np.searchsorted(there[order], back, side) for side in ("left", "right"))
+    row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
+    once = entry[row] < exit_[row]
+    return cars[row[once]], cars[other[once]]
+
+
+def _apart(plan: PlanView, there: IntArray, back: IntArray) -> FloatArray:
+    """Return how near curves come to others, (pairs,), m, but at their ends."""
+    used, index = np.unique(np.concatenate([there, back]), return_inverse=True)
+    length = lengths(plan, used)
+    lead = np.minimum(_LEAD, length / 2)
+    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, _PLACES)
+    x, y, _ = pose(plan, np.repeat(used, _PLACES), s.ravel())
+    places = (x + 1j * y).reshape(s.shape)
+    one, other = places[index[: len(there)]], places[index[len(there) :]]
+    least = np.full(len(there), np.inf)
+    for k in range(_PLACES):
+        np.minimum(least, np.abs(one[:, k, None] - other).min(axis=1), out=least)
+    return least
+
+
 def report_missing_corners(
     network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
 ) -> None:
@@ -66,6 +113,12 @@ def report_missing_corners(
     for osm_id in _nodes(network, layout, junctions):
         text = "the sidewalks of two arms cannot be connected round their corner"
         diagnostics.dropped("sidewalk-corner", osm_id, text)
+
+
+def _counted(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[tuple[str, int]]:
+    """Return the OSM ids of the first nodes of junctions, each junction once, and how often it is named."""
+    _, count = np.unique(junctions, return_counts=True)
+    return list(zip(_nodes(network, layout, junctions), count.tolist(), strict=True))
 
 
 def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[str]:

@@ -50,6 +50,7 @@ from osm2xodr.geometry.plan_report import (
     refuse_without_roads,
     report_absorbed_streets,
     report_lane_changes,
+    report_meeting_paths,
     report_missing_corners,
     report_sharp_turns,
     report_squeezed_streets,
@@ -114,6 +115,7 @@ def plan_roads(
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
+    report_meeting_paths(network, cut.layout, connecting, diagnostics)
     report_absorbed_streets(network, cut.layout, connecting, diagnostics)
     report_unused_connectivity(network, movements, cut.parts, diagnostics)
     report_lane_changes(network, cut.parts, diagnostics)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -25,7 +25,7 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
-from osm2xodr.geometry.pavement import lay_floor
+from osm2xodr.geometry.pavement import Hole, is_island, lay_floor
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
@@ -42,7 +42,7 @@ from osm2xodr.geometry.road_records import (
     road_records,
     with_floor,
 )
-from osm2xodr.model import Borders, RoadMap, StreetNetwork, Surface
+from osm2xodr.model import Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, release_memory
 
 
@@ -107,7 +107,27 @@ def build_roads(
         on_lanes(road_map)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
-    return with_floor(road_map, len(plan.parts.length), lay_floor(through, network.rule))
+    floor = lay_floor(through, network.rule)
+    islands = tuple(_islands(network, plan, through, floor.holes))
+    return replace(with_floor(road_map, len(plan.parts.length), floor), islands=islands)
+
+
+def _islands(
+    network: StreetNetwork, plan: RoadPlan, through: ConnectingRoads, holes: tuple[Hole, ...]
+) -> Iterator[Island]:
+    """Return the holes in junctions that the streets of these go round."""
+    ids = RoadIds(len(plan.parts.length), len(through.length))
+    around: dict[int, list[FloatArray]] = {}
+    for street in network.streets if holes else ():
+        for node in {street.start, street.end}:
+            around.setdefault(node, []).append(street.points)
+    for hole in holes:
+        junction = int(through.junction[hole.road])
+        lines = [line for node in plan.layout.nodes[junction] for line in around.get(node, [])]
+        if is_island(
+            hole, np.concatenate([line[:-1] for line in lines]), np.concatenate([line[1:] for line in lines])
+        ):
+            yield Island(ids.junction(junction), len(plan.parts.length) + hole.road, hole.corners)
 
 
 def _pose_heights(

@@ -181,4 +181,5 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         partition = read_partition(Path(options.frame), area_name(area))
     jobs = options.jobs or min(available_jobs(), MOST_JOBS)
     roads = RoadOptions(options.turnarounds, options.u_turns, options.plan)
-    return PipelineOptions(area, dems, parse, surface, elevation, roads, furniture, jobs, partition)
+    boundaries = WriteOptions(options.xodr_version).dialect.has_boundary
+    return PipelineOptions(area, dems, parse, surface, elevation, roads, furniture, jobs, partition, boundaries)

@@ -164,6 +164,28 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
+class BoundaryJoint:
+    """A segment of a junction's boundary across the end face of an arm, from its right to its left seen outwards."""
+
+    road: int  # Id of the arm
+    at_start: bool  # Whether it is the road's start
+    # Ids of the first and the last lane that it crosses; None for all
+    first_lane: int | None = None
+    last_lane: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BoundaryEdge:
+    """A segment of a junction's boundary along the outer edge of a lane of a connecting road."""
+
+    road: int  # Id of the connecting road
+    lane: int  # Id of the lane; 0 for the centre line
+    # s where it begins and ends, m; it may run against s. 0 is the road's start, infinity its end.
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
 class Junction:
     """A junction and the ways through it."""
 
@@ -172,6 +194,17 @@ class Junction:
     connections: tuple[Connection, ...]  # At least one
     osm_node_ids: tuple[int, ...]  # The nodes that it comes from
     priorities: tuple[tuple[int, int], ...] = ()  # (id of the road with priority, id of the road that yields)
+    # Its outer edge, counter-clockwise and closed; empty where it is not known
+    boundary: tuple[BoundaryJoint | BoundaryEdge, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Island:
+    """A raised place in a junction that carriageways go round."""
+
+    junction: int  # Id of the junction
+    road: int  # Index of a connecting road beside it
+    corners: FloatArray  # (n, 2) local x, y, counter-clockwise, m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -324,6 +357,7 @@ class RoadMap:
     country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries
     places: StreetPlaces | None = None
     furniture: Furniture = field(default_factory=Furniture)
+    islands: tuple[Island, ...] = ()  # Raised places in junctions, which are not furniture yet
     # The areas that the roads belong to, if the area is one of several side by side; the road map then includes the
     # surroundings of the area, until they are cut off.
     borders: Borders | None = None

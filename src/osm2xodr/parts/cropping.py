@@ -69,7 +69,7 @@ def crop_network(file: OpenDrive, choice: Choice) -> tuple[Element, list[str]]:
         mend_road(piece, former, names.ends, kept)
     arms = _arms(file, names)
     connections = sum(
-        mend_junction(junction, names.whole, arms.get(junction.get("id"), {}))
+        mend_junction(junction, names.whole, arms.get(junction.get("id"), {}), names.ends)
         for junction in root.findall("junction")
     )
     dangling = drop_dangling(root)

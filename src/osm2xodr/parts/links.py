@@ -42,10 +42,11 @@ def _mend(link: Element, ends: RoadEnds, junctions: frozenset[str]) -> bool:
     return True
 
 
-def mend_junction(junction: Element, roads: Mapping[str, str], arms: RoadEnds) -> int:
-    """Mend the connections of a junction and return how many were dropped.
+def mend_junction(junction: Element, roads: Mapping[str, str], arms: RoadEnds, ends: RoadEnds) -> int:
+    """Mend the connections and the boundary of a junction and return how many connections were dropped.
 
-    `roads` are the new ids of whole roads by their former ones, `arms` of incoming roads, whose contact is ``""``.
+    `roads` are the new ids of whole roads by their former ones, `arms` of incoming roads, whose contact is ``""``. A
+    boundary that would not be closed is dropped.
     """
     lost = 0
     for connection in junction.findall("connection"):
@@ -68,7 +69,18 @@ def mend_junction(junction: Element, roads: Mapping[str, str], arms: RoadEnds) -
         names = [priority.get(word) for word in ("high", "low")]
         if any(name is not None and name not in roads for name in names):
             remove(priority)
+    for boundary in junction.findall("boundary"):
+        if not all([_mend_segment(item, roads, ends) for item in boundary.findall("segment")]):
+            remove(boundary)
     return lost
+
+
+def _mend_segment(segment: Element, roads: Mapping[str, str], ends: RoadEnds) -> bool:
+    """Let a segment of a boundary name what its road is now; False where that is gone or may be cut there."""
+    old = segment.get("roadId")
+    new = ends.get((old, segment.get("contactPoint")), roads.get(old))
+    segment.set("roadId", new or old)
+    return new is not None
 
 
 def drop_dangling(root: Element) -> Counter[str]:

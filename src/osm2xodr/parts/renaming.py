@@ -24,6 +24,7 @@ _REFERENCES: Final = {
     "road": (
         ("junction/connection", ("incomingRoad", "connectingRoad", "linkedRoad")),
         ("junction/priority", ("high", "low")),
+        ("junction/boundary/segment", ("roadId",)),
         ("junction", ("mainRoad",)),
         ("junction/crossPath", ("crossingRoad", "roadAtStart", "roadAtEnd")),
         ("station/platform/segment", ("roadId",)),

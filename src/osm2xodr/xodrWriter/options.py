@@ -34,6 +34,7 @@ class Dialect:
     has_outlines: bool = True  # Whether they have ``<outlines>``
     # Whether lanes have ``direction``. If so, ``bidirectional`` alone does not say that a lane is driven both ways.
     has_direction: bool = False
+    has_boundary: bool = False  # Whether junctions have ``<boundary>``
 
 
 # Speed bumps and the like have a type of their own since 1.8.
@@ -69,7 +70,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             object_types=_NO_ROAD_SURFACE,
         ),
         "1.7": Dialect(rev_minor=7, access=_HOV, object_types=_NO_ROAD_SURFACE),
-        "1.8": Dialect(rev_minor=8, has_license=True, has_direction=True),
+        "1.8": Dialect(rev_minor=8, has_license=True, has_direction=True, has_boundary=True),
     }
 )
 VERSIONS: Final = tuple(DIALECTS)

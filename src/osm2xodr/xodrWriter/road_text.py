@@ -6,6 +6,7 @@ files of millions of lanes blanks would be a tenth of all bytes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
@@ -13,6 +14,7 @@ from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.model import (
     VEHICLE_LANES,
     Access,
+    BoundaryEdge,
     Cubic,
     Junction,
     Lane,
@@ -30,6 +32,9 @@ from osm2xodr.xodrWriter.words import Words
 
 # Lanes whose marks readers look at: those that cars, bicycles or parked cars are on.
 _MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}
+
+# Ends of roads in the boundaries of junctions.
+_ENDS: Final = {0.0: "start", math.inf: "end"}
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
@@ -254,7 +259,7 @@ def _link(element: str, link: RoadLink | None) -> str:
 
 
 def junction_text(junction: Junction, words: Words, controllers: str = "") -> str:
-    """Return a ``<junction>``: its connections, then priorities, then the text of its controllers."""
+    """Return a ``<junction>``: connections, priorities, the text of its controllers, and its boundary."""
     number_ = words.lane_id
     connections = [
         f'<connection id="{item.id}" incomingRoad="{item.incoming_road}"'
@@ -266,5 +271,25 @@ def junction_text(junction: Junction, words: Words, controllers: str = "") -> st
     priorities = [f'<priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
     return (
         f'<junction{name_attribute(junction.name)} id="{junction.id}">\n'
-        f"{''.join(connections)}{''.join(priorities)}{controllers}</junction>\n"
+        f"{''.join(connections)}{''.join(priorities)}{controllers}"
+        f"{_boundary(junction, words) if words.has_boundary else ''}</junction>\n"
     )
+
+
+def _boundary(junction: Junction, words: Words) -> str:
+    """Return the ``<boundary>`` of a junction, if it has one.
+
+    Ends of lanes are ``start`` and ``end``: the schema knows no ``begin``, nor a number 0.
+    """
+    number_ = words.lane_id
+    rows = []
+    for item in junction.boundary:
+        if isinstance(item, BoundaryEdge):
+            at = [_ENDS.get(s) or position(s) for s in (item.begin, item.end)]
+            rest = f'lane" roadId="{item.road}" boundaryLane="{number_(item.lane)}" sStart="{at[0]}" sEnd="{at[1]}"'
+        else:
+            rest = f'joint" roadId="{item.road}" contactPoint="{"start" if item.at_start else "end"}"'
+            if item.first_lane is not None and item.last_lane is not None:
+                rest += f' jointLaneStart="{number_(item.first_lane)}" jointLaneEnd="{number_(item.last_lane)}"'
+        rows.append(f'<segment type="{rest}/>\n')
+    return f"<boundary>\n{''.join(rows)}</boundary>\n" if rows else ""

@@ -61,6 +61,11 @@ class Words:
         self._lane_types = {**dialect.lane_types, **dict(lane_types)}
         self.replaced: set[tuple[str, str]] = set()  # (word of the model, word that is written in its place)
 
+    @property
+    def has_boundary(self) -> bool:
+        """Whether the version knows boundaries of junctions."""
+        return self._dialect.has_boundary
+
     def lane_id(self, number: int) -> int:
         """Return the id of a lane."""
         return self._sign * number

@@ -19,6 +19,7 @@ def grids_of(pictures: list[BoolArray]) -> Grids:
         np.array([picture.shape[1] for picture in pictures], np.int64),
         road,
         np.zeros(len(road), np.int32),
+        np.zeros((len(pictures), 2), np.int64),
         *(single,) * 4,
         *(whole,) * 3,
     )

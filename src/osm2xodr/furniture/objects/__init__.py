@@ -8,13 +8,14 @@ from osm2xodr.furniture.objects.bus_stops import bus_stop_objects
 from osm2xodr.furniture.objects.calming import calming_objects
 from osm2xodr.furniture.objects.crossings import find_crossings
 from osm2xodr.furniture.objects.crosswalks import crossing_objects
+from osm2xodr.furniture.objects.islands import island_objects
 from osm2xodr.furniture.objects.road_marks import arrows, stop_lines
 from osm2xodr.furniture.objects.roadside_things import line_objects, point_objects, tram_objects
 from osm2xodr.furniture.objects.structures import place_structures
 from osm2xodr.furniture.world import Approach, Crossing, RoadsideFinder, Stop, World
 from osm2xodr.model import RoadObject
 
-__all__ = ["find_crossings", "place_objects", "place_structures"]
+__all__ = ["find_crossings", "island_objects", "place_objects", "place_structures"]
 
 
 def place_objects(

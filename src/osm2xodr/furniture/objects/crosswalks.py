@@ -16,7 +16,7 @@ _WIDTH_BESIDE_ISLAND: Final = 2.5
 NARROWEST_ISLAND: Final = 1.0
 # How far islands reach beyond their crossing, and their height, m; choices.
 _ISLAND_BEYOND: Final = 1.0
-_ISLAND_HEIGHT: Final = 0.12
+ISLAND_HEIGHT: Final = 0.12
 # Lanes of which an island may take the whole width.
 _SPARE: Final = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
 # Subtypes by OSM's words for what is painted, where they differ.
@@ -113,6 +113,6 @@ def island(world: World, road: int, s: float, half: float, edges: tuple[float, f
     left, right = edges
     s, t = 0.5 * (begin + end), 0.5 * (left + right)
     corners = ((begin, right), (end, right), (end, left), (begin, left))
-    around = outline(world, road, s, t, corners, _ISLAND_HEIGHT)
+    around = outline(world, road, s, t, corners, ISLAND_HEIGHT)
     found = world.object_at(road, ("trafficIsland", "", "island"), s, t, osm_id)
-    return replace(found, length=end - begin, width=left - right, height=_ISLAND_HEIGHT, outline=around)
+    return replace(found, length=end - begin, width=left - right, height=ISLAND_HEIGHT, outline=around)

@@ -21,3 +21,15 @@ FLOOR_LEAST_AREA: Final = 0.15
 FLOOR_OVERLAP: Final = 0.05
 # How far the edge of a strip may be off what is left open, m. A choice: few records.
 FLOOR_TOLERANCE: Final = 0.04
+# Islands: least area of a gap between carriageways, and of its cells that touch none, m²: from there on a place
+# without traffic gets kerbs; choices.
+ISLAND_LEAST_AREA: Final = 6.0
+ISLAND_LEAST_CLEAR: Final = 4.0
+# Largest gap that may be an island, m²: the middle of a roundabout of 40 m. A choice.
+ISLAND_LARGEST_AREA: Final = 1300.0
+# Least share of what the lines of streets enclose that an island fills: the rest are their carriageways. A choice:
+# what is left of a crossing's middle, or a corner of a block, is no island.
+ISLAND_SHARE: Final = 0.15
+# How far kerbs stay within a gap, m, and how far they may be off, m. Choices.
+ISLAND_CLEARANCE: Final = 0.2
+ISLAND_TOLERANCE: Final = 0.15

@@ -11,6 +11,7 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.gaps import POINTS_PER_CELL, Grids, find_gaps
+from osm2xodr.geometry.pavement.islands import Hole, find_holes
 from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
@@ -38,6 +39,7 @@ class Floor:
 
     left: dict[int, tuple[Cubic, ...]]
     right: dict[int, tuple[Cubic, ...]]
+    holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
 
 
 def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
@@ -47,11 +49,13 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
     edges = LaneEdges.of(roads, rule)
     junction = np.unique(roads.junction, return_inverse=True)[1].astype(np.int64)
     parts = [_laid(rows, junction[rows], roads, edges) for rows in _batches(roads, junction)]
-    found = [sections for sections, _ in parts]
+    found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
     road, s, spacing = road[order], s[order], spacing[order]
-    return Floor(*(_records(road, s, spacing, each[order]) for each in np.hstack([width for _, width in parts])))
+    widths = np.hstack([width for _, width, _ in parts])
+    left, right = (_records(road, s, spacing, each[order]) for each in widths)
+    return Floor(left, right, tuple(hole for *_, holes in parts for hole in holes))
 
 
 def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
@@ -64,15 +68,17 @@ def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
 
 def _laid(
     rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges
-) -> tuple[CrossSections, FloatArray]:
-    """Return the cross sections of roads with strips, and how wide these are there, (2, n), m.
+) -> tuple[CrossSections, FloatArray, list[Hole]]:
+    """Return the cross sections of roads with strips, how wide these are there, (2, n), m, and holes.
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs.
     """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
     number = np.unique(junction_of, return_inverse=True)[1].astype(np.int64)
     junction = number[np.searchsorted(rows, sections.road)]
-    width, with_gap = _strips(sections, junction, roads, edges)
+    grids = find_gaps(sections, junction)
+    holes = find_holes(grids, roads)
+    width, with_gap = _strips(grids, sections, junction, roads, edges)
     for _ in range(_PASSES - 1):
         # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
         again = np.flatnonzero(with_gap[junction])
@@ -80,11 +86,11 @@ def _laid(
             break
         here = sections.chosen(again).widened(width[0, again], width[1, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        more, left = _strips(here, renumbered, roads, edges)
+        more, left = _strips(find_gaps(here, renumbered), here, renumbered, roads, edges)
         width[:, again] += more
         with_gap[junctions] = left
     used = _of_roads_with_strips(width, sections)
-    return sections.chosen(used), width[:, used]
+    return sections.chosen(used), width[:, used], holes
 
 
 def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
@@ -95,11 +101,10 @@ def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArra
 
 
 def _strips(
-    sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
+    grids: Grids, sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
 ) -> tuple[FloatArray, BoolArray]:
     """Return the widths of strips, left and right (2, n), m, and which junctions have large ones, (J,)."""
     width = np.zeros((2, len(sections.s)))
-    grids = find_gaps(sections, junction)
     if not grids.gap.any():
         return width, np.zeros(len(grids.wide), bool)
     rays = cast_rays(grids, sections, junction)

@@ -5,7 +5,7 @@ Lanes are drawn into a grid of small cells, one for each junction; what is conne
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,6 +30,17 @@ _BORDER: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """Runs of cells in rows of grids, (n,)."""
+
+    area: IntArray  # The area that they belong to, ascending
+    grid: IntArray
+    # The first cell and that behind the last
+    first: IntArray
+    last: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Grids:
     """A grid of cells for each of J junctions, one behind the other, and cross sections in them."""
 
@@ -39,6 +50,7 @@ class Grids:
     road: NDArray[np.int32]
     # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
     gap: NDArray[np.int32]
+    corner: IntArray  # (J, 2) Column and row of each grid's first cell, counted from the origin
     # (n,) Cross sections in cells from the corner of their grid: where they are, and the direction of t for one metre
     x: NDArray[np.float32]
     y: NDArray[np.float32]
@@ -48,6 +60,7 @@ class Grids:
     first: NDArray[np.int32]
     end: NDArray[np.int32]
     across: NDArray[np.int32]
+    holes: Runs | None = None  # What may be islands
 
     def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the cells at t, m, (steps, n), of the k-th cross sections, (n,); t is at most a cell off lanes."""
@@ -104,11 +117,18 @@ def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
         size <= defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
     )
     good[outside] = False
+    large = (size >= defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2) & (
+        size <= defaults.ISLAND_LARGEST_AREA / defaults.GAP_CELL**2
+    )
+    large[outside] = False
+    some = np.flatnonzero(large[area])
+    some = some[np.argsort(area[some], kind="stable")]
+    holes = Runs(area[some], owner[some], first[some], last[some])
     number = np.where(good, np.cumsum(good), 0)[area]
     rows = np.flatnonzero(number)
     count = (last - first)[rows]
     grids.gap[runs(first[rows], count)] = np.repeat(number[rows], count)
-    return grids
+    return replace(grids, holes=holes)
 
 
 def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
@@ -164,7 +184,7 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
         (sections.ny / defaults.GAP_CELL).astype(np.float32),
         *(column[junction].astype(np.int32) for column in (start[:-1], start[1:], wide)),
     )
-    return Grids(start, wide, road, np.zeros(len(road), np.int32), *places)
+    return Grids(start, wide, road, np.zeros(len(road), np.int32), low.T.astype(np.int64), *places)
 
 
 def _draw(grids: Grids, sections: CrossSections) -> None:

@@ -1,0 +1,144 @@
+"""Islands in junctions: places of some size that carriageways go round and that mapped streets enclose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.pavement import defaults
+from osm2xodr.geometry.pavement.gaps import Grids
+from osm2xodr.model import BoolArray, FloatArray
+
+# Directions in which streets are looked for around an island.
+_RAYS: Final = 24
+# So many corners of cells before and behind each are averaged: a step of an outline and the next.
+_AROUND: Final = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hole:
+    """A place that the lanes of a junction enclose and none covers."""
+
+    road: int  # A connecting road of the junction
+    corners: FloatArray  # (n, 2) x, y of what is clear of the lanes, counter-clockwise, m
+    area: float  # Of all of it, m²
+
+
+def find_holes(grids: Grids, roads: ConnectingRoads) -> list[Hole]:
+    """Return the places of some size that lanes for cars go round."""
+    found: list[Hole] = []
+    holes = grids.holes
+    if holes is None or not len(holes.area):
+        return found
+    # It takes long to load, and few areas need it.
+    from scipy import ndimage
+
+    cars = roads.for_vehicles()
+    begin = np.unique(holes.area, return_index=True)[1].tolist()
+    for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
+        grid = int(holes.grid[a])
+        start, wide = int(grids.start[grid]), int(grids.wide[grid])
+        first, last = holes.first[a:b] - start, holes.last[a:b] - start
+        row, low = first // wide, first % wide
+        cells = np.zeros((int(row.max() - row.min()) + 3, int((low + last - first).max() - low.min()) + 2), bool)
+        for at, left, count in zip(
+            (row - row.min()).tolist(), (low - low.min()).tolist(), (last - first).tolist(), strict=True
+        ):
+            cells[at + 1, left + 1 : left + 1 + count] = True
+        below, over = np.nonzero(ndimage.binary_dilation(cells) & ~cells)
+        beside = grids.road[start + (below + row.min() - 1) * wide + over + low.min() - 1]
+        if (beside < 0).any() or not cars[beside].all():
+            continue
+        corner = grids.corner[grid] + (int(low.min()) - 1, int(row.min()) - 1)
+        hole = hole_of(cells, corner * defaults.GAP_CELL, int(beside[0]))
+        found += [] if hole is None else [hole]
+    return found
+
+
+def hole_of(cells: BoolArray, low: FloatArray, road: int) -> Hole | None:
+    """Return the hole whose cells (rows, columns) are marked; None where too little is clear of the lanes.
+
+    `low` is x, y of the corner of the first cell, m.
+    """
+    from scipy import ndimage
+
+    parts, count = ndimage.label(ndimage.binary_erosion(cells))
+    if not count:
+        return None
+    size = np.bincount(parts.ravel())[1:]
+    if size.max() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
+        return None
+    body = ndimage.binary_dilation(parts == size.argmax() + 1) & cells
+    ring = _smoothed(_outline(body)) * defaults.GAP_CELL
+    along = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    ring += defaults.ISLAND_CLEARANCE * np.column_stack([-along[:, 1], along[:, 0]])
+    return Hole(road, low + _simplified(ring, defaults.ISLAND_TOLERANCE), float(cells.sum()) * defaults.GAP_CELL**2)
+
+
+def _outline(inside: NDArray[np.bool_]) -> FloatArray:
+    """Return the corners of the outline of cells that are connected, counter-clockwise, as column and row, (n, 2)."""
+    follows: dict[tuple[int, int], tuple[int, int]] = {}
+    # Along each side of a cell that has none beyond it, with the cell on the left.
+    for (dx, dy), (ax, ay), (bx, by) in (
+        ((0, -1), (0, 0), (1, 0)),
+        ((1, 0), (1, 0), (1, 1)),
+        ((0, 1), (1, 1), (0, 1)),
+        ((-1, 0), (0, 1), (0, 0)),
+    ):
+        row, column = np.nonzero(inside & ~np.roll(inside, (-dy, -dx), axis=(0, 1)))
+        for x, y in zip(column.tolist(), row.tolist(), strict=True):
+            follows[x + ax, y + ay] = x + bx, y + by
+    at = first = min(follows)
+    ring = [first]
+    while (at := follows[at]) != first and len(ring) <= len(follows):
+        ring.append(at)
+    return np.array(ring, float)
+
+
+def _smoothed(ring: FloatArray) -> FloatArray:
+    """Return a ring without the steps of cells: means of corners and those before and behind them."""
+    return np.asarray(sum(np.roll(ring, k, axis=0) for k in range(-_AROUND, _AROUND + 1)) / (2 * _AROUND + 1))
+
+
+def _simplified(ring: FloatArray, tolerance: float) -> FloatArray:
+    """Return a ring with fewer corners, by Douglas and Peucker (1973) from its farthest corners on."""
+    start = int(np.argmax(np.hypot(*(ring - ring.mean(axis=0)).T)))
+    ring = np.roll(ring, -start, axis=0)
+    ring = np.concatenate([ring, ring[:1]])
+    keep = np.zeros(len(ring), bool)
+    opposite = int(np.argmax(np.hypot(*(ring - ring[0]).T)))
+    keep[[0, opposite, -1]] = True
+    spans = [(0, opposite), (opposite, len(ring) - 1)]
+    while spans:
+        a, b = spans.pop()
+        if b - a < 2:
+            continue
+        along, off = ring[b] - ring[a], ring[a + 1 : b] - ring[a]
+        aside = np.abs(along[0] * off[:, 1] - along[1] * off[:, 0]) / max(float(np.hypot(*along)), 1e-9)
+        k = int(aside.argmax())
+        if aside[k] > tolerance:
+            keep[a + 1 + k] = True
+            spans += [(a, a + 1 + k), (a + 1 + k, b)]
+    return np.asarray(ring[:-1][keep[:-1]])
+
+
+def is_island(hole: Hole, begin: FloatArray, end: FloatArray) -> bool:
+    """Say whether street lines, from begin to end (n, 2), go round a hole, and it fills most of what they leave."""
+    place = hole.corners.mean(axis=0)
+    angle = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
+    ray = np.column_stack([np.cos(angle), np.sin(angle)])[:, None]
+    along, off = end - begin, begin - place
+    turned = ray[..., 0] * along[:, 1] - ray[..., 1] * along[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / turned
+        share = (off[:, 0] * ray[..., 1] - off[:, 1] * ray[..., 0]) / turned
+    far = np.where((share >= 0.0) & (share <= 1.0) & (far > 0.0), far, np.inf).min(axis=1, initial=np.inf)
+    if not np.isfinite(far).all():
+        return False
+    within = 0.5 * float((far * np.roll(far, -1)).sum()) * np.sin(2.0 * np.pi / _RAYS)
+    return bool(hole.area >= defaults.ISLAND_SHARE * within)
