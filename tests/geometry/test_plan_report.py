@@ -48,6 +48,14 @@ def test_stubs_at_a_dead_end_are_dropped() -> None:
     assert dropped == [(Kind.DROPPED, "within-junction", f"way/{way}") for way in (2, 3)]
 
 
+@pytest.mark.parametrize(("length", "kept"), [(5.5, False), (8.0, True)])
+def test_dead_ends_of_which_a_junction_leaves_less_than_a_road_are_dropped(length: float, kept: bool) -> None:
+    nodes = {"w": (-80.0, 0.0), "m": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -length)}
+    roads, dropped = built(Case(nodes, {1: ("w m e", ""), 2: ("m s", "")}))
+    assert sorted({road.osm_way_ids for road in roads.roads if road.junction is None}) == [(1,), *[(2,)] * kept]
+    assert dropped == ([] if kept else [(Kind.DROPPED, "within-junction", "way/2")])
+
+
 @pytest.mark.parametrize(("radius", "kept"), [(0.01, False), (2.0, False), (8.0, True)])
 def test_rings_too_small_to_drive_round_are_dropped(radius: float, kept: bool) -> None:
     nodes = ring(radius)

@@ -130,19 +130,18 @@ def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) 
 def report_absorbed_streets(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:
-    """Report streets that have become part of a junction that nobody drives through: nothing is left of them."""
+    """Report streets of which nothing is left: stubs, and those within a junction that nobody drives through."""
     # Rings, which start at no intersection, have -1 there.
     junction_of = np.full(len(network.intersections) + 1, -1, np.int64)
     for junction in np.unique(connecting.junction).tolist():
         junction_of[list(layout.nodes[junction])] = junction
     for street in np.flatnonzero(layout.inner).tolist():
         ends = [network.streets[street].start, network.streets[street].end]
-        if junction_of[ends].max() >= 0:
+        # One end of a stub is no junction.
+        if junction_of[ends].min() >= 0:
             continue
         for way in dict.fromkeys(attributes.osm_way_id for _, attributes in network.streets[street].pieces):
-            text = (
-                "it is shorter than any road, or lies within a junction that nobody drives through, and is left out"
-            )
+            text = "too little of it lies outside of its junction, or nobody drives through that: it is left out"
             diagnostics.dropped("within-junction", f"way/{way}", text)
 
 

@@ -85,7 +85,7 @@ def test_arms_that_cannot_give_more_are_not_answered_by_the_other() -> None:
 
 @pytest.mark.parametrize("rule", list(Rule))
 def test_a_short_street_between_junctions_gives_what_most_cars_need(rule: Rule) -> None:
-    """Two streets 12 m apart: of the one between them less than a car is left, for turns of 4.2 m at both ends."""
+    """Two streets 12 m apart: of the one between them 3 m are left, for turns of 4.5 m at both ends."""
     case = Case(
         {
             "w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0),
@@ -95,8 +95,20 @@ def test_a_short_street_between_junctions_gives_what_most_cars_need(rule: Rule) 
          enumerate(("w o", "o e", "o v", "u v", "v x"), 1)},
     )  # fmt: skip
     roads = built(case, rule)
-    assert (turn(roads, 1, 3), turn(roads, 3, 5)) == pytest.approx((4.2, 4.2), abs=0.01)
-    assert left_of(roads)[3] == pytest.approx(12.0 - 2 * 4.2, abs=0.05)
+    assert (turn(roads, 1, 3), turn(roads, 3, 5)) == pytest.approx((4.49, 4.49), abs=0.01)
+    assert left_of(roads)[3] == pytest.approx(12.0 - 2 * 4.49, abs=0.05)
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_one_end_of_a_short_street_gives_what_the_other_does_not_need(rule: Rule) -> None:
+    """Of 12 m, 3 m are left; the turns of its one end get more than half of the rest, up to 5.1 m."""
+    case = Case(
+        {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "v": (0.0, 12.0), "x": (0.0, 90.0), "y": (60.0, 90.0)},
+        {way: (nodes, "highway=service oneway=yes lanes=1 width=2.5") for way, nodes in
+         enumerate(("w o", "o e", "o v", "v x", "v y"), 1)},
+    )  # fmt: skip
+    roads = built(case, rule)
+    assert turn(roads, 1, 3) == pytest.approx(5.1, abs=0.02)
 
 
 @pytest.mark.parametrize("rule", list(Rule))

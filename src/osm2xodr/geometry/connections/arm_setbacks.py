@@ -65,39 +65,52 @@ def set_back_arms(
     """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
 
     Both arms of a turn that is sharper than its corner, too long, or swings out are set back as far as it needs and
-    as their streets have room, and farther at acute forks. Where a car would still hardly manage the turn, less of a
-    short street is kept.
+    as their streets have room, and farther at acute forks. Where a turn is still sharper than most cars drive, less
+    of a short street is kept.
     """
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
     forks = _part_forks(ends, trim, layout.most, turns)
     farthest = trim + defaults.ARM_SETBACK_MAX
     trim = np.maximum(forks, _set_back(ends, trim, np.minimum(layout.most, farthest), turns))
-    most = _most_at_last(ends, layout)
-    short = most > layout.most
-    least = replace(turns, radius=np.minimum(turns.radius, defaults.TURNING_RADIUS_ACUTE))
+    most = _most_at_last(ends, layout, trim)
+    short = most > trim
+    least = replace(turns, radius=np.minimum(turns.radius, defaults.LEAST_REDRAWN_RADIUS))
     sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
     least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
-    return np.maximum(forks, _set_back(ends, trim, np.minimum(most, farthest), least))
+    room = (most - trim).reshape(-1, 2).max(1)
+    return np.maximum(forks, _set_back(ends, trim, np.minimum(most, farthest), least, room))
 
 
-def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
-    """Return how much street ends may give where turns need it, down to the shortest streets, (ends,), m."""
-    spare = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED
-    between = (layout.junction.reshape(-1, 2) >= 0).all(1)
+def _most_at_last(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray) -> FloatArray:
+    """Return how much street ends may give where turns need it, down to the shortest streets, (ends,), m.
+
+    Either end of a street may take all that both have left.
+    """
     # Streets with more to spare give no more because a bridge or tunnel begins there.
-    short = between & (spare > 0.0) & (spare <= SHORTEST_STREET_BETWEEN_JUNCTIONS - SHORTEST_STREET + SNAPPED)
-    most: FloatArray = layout.most + np.repeat(np.where(short, spare / 2, 0.0), 2)
+    kept = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1)
+    short = kept <= SHORTEST_STREET_BETWEEN_JUNCTIONS + 2 * SNAPPED
+    spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED, 0.0)
+    most: FloatArray = trim + np.where(layout.junction >= 0, np.repeat(np.where(short, spare, 0.0), 2), 0.0)
     return most
 
 
-def _set_back(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
-    """Return how much each street end gives so that turns have room, at most so much, (ends,), m."""
+def _set_back(
+    ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns, room: FloatArray | float = np.inf
+) -> FloatArray:
+    """Return how much each street end gives so that turns have room, at most so much, (ends,), m.
+
+    `room` (streets,), m, is what both ends of a street give together at most.
+    """
     trim, most = trim.copy(), np.maximum(most, trim)
     for _ in range(_ROUNDS):
         if not len(turns.entry):
             break
         give = np.minimum(_lacking(ends, trim, most, turns), most - trim)
+        both = give.reshape(-1, 2).sum(1)
+        given = np.minimum(both, room)
+        give *= np.repeat(given / np.maximum(both, 1e-9), 2)
+        room = room - given
         if give.max() < _LEAST_SETBACK:
             break
         trim += give

@@ -31,14 +31,14 @@ from osm2xodr.geometry.connections.defaults import (
     LONGEST_REDRAWN,
     OFF_CARRIAGEWAY,
     TURNING_RADIUS,
+    TURNING_RADIUS_ACUTE,
 )
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
+from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Half of the narrowest carriageway that cars use both ways, m.
-_LEAST_HALF: Final = 2.75
 # Curves and streets are compared at places on both, m apart on streets and as shares of the curves.
 _STREET_SPACING: Final = 1.0
 _SHARES: Final = np.linspace(0.02, 0.98, 25)
@@ -60,6 +60,10 @@ _FAR_OFF: Final = 1.5
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
 _LESS: Final = 0.5
+# Turns are drawn with the first of these radii, m, that keeps them to the carriageways; at last, if nothing else
+# does, with the first of the smaller ones. Choices.
+_RADII: Final = (20.0, 15.0, 12.0, 9.0, 7.5, TURNING_RADIUS, LEAST_REDRAWN_RADIUS)
+_SHARPEST: Final = (4.8, 4.5, TURNING_RADIUS_ACUTE)
 # How much less than this a curve leaves the carriageways decides nothing, m.
 _NO_MATTER: Final = OFF_CARRIAGEWAY - _LESS
 
@@ -119,9 +123,9 @@ class Carriageways:
 
 def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> Carriageways:
     """Return the carriageways of connecting roads from street ends to street ends, (n,)."""
-    half = (ends.left - ends.right) / 2
-    arms = np.minimum(entry, exit_) * len(half) + np.maximum(entry, exit_)
-    return Carriageways(lanes, np.maximum(np.maximum(half[entry], half[exit_]), _LEAST_HALF), arms)
+    arms = np.minimum(entry, exit_) * len(ends.left) + np.maximum(entry, exit_)
+    half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
+    return Carriageways(lanes, half, arms)
 
 
 def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
@@ -148,7 +152,8 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
         beyond = streets.beyond(drawn, np.arange(len(rows)), rows)
         bad = beyond > np.where(off > OFF_CARRIAGEWAY, off - _LESS, OFF_CARRIAGEWAY)
-        bad |= (smallest_radius(drawn) < least) | (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
+        sharp = smallest_radius(drawn) < (np.minimum(least, _SHARPEST[-1] - 1e-9) if redraw in _SHARPER else least)
+        bad |= sharp | (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
         good = ~_of_same_arms(bad, streets.arms[rows])
         plan = replace_curves(plan, rows[good], drawn, np.flatnonzero(good))
         off = np.where(good, beyond, off)
@@ -172,10 +177,10 @@ def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
     return rows[_of_same_arms(far, streets.arms[rows])]
 
 
-def _turned_tighter(plan: PlanView, lanes: LanePaths) -> PlanView:
-    """Return curves with the same ends that turn with a smaller arc between longer lines."""
+def _turned_tighter(plan: PlanView, lanes: LanePaths, radius: float) -> PlanView:
+    """Return curves with the same ends that turn with an arc of a radius, m, between longer lines."""
     begin, end = _ends(plan)
-    return connect(*begin, *end, radius=TURNING_RADIUS, longest=LONGEST_REDRAWN)
+    return connect(*begin, *end, radius=radius, longest=LONGEST_REDRAWN)
 
 
 def _ends(plan: PlanView) -> tuple[Poses, Poses]:
@@ -212,10 +217,13 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
     return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
 
 
+_Redraw = Callable[[PlanView, LanePaths], PlanView]
+_SHARPER: Final[tuple[_Redraw, ...]] = tuple(partial(_turned_tighter, radius=item) for item in _SHARPEST)
 # In the order in which they are tried, and for what leaves the carriageways by more than what, m.
-_REDRAWINGS: Final[tuple[tuple[Callable[[PlanView, LanePaths], PlanView], float], ...]] = (
-    (_turned_tighter, OFF_CARRIAGEWAY),
+_REDRAWINGS: Final[tuple[tuple[_Redraw, float], ...]] = (
+    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY) for item in _RADII),
     (follow_corners, OFF_CARRIAGEWAY),
     *((partial(along_the_way, rounding=item), OFF_CARRIAGEWAY) for item in ROUNDINGS),
     *((partial(along_the_way, rounding=item), _FAR_OFF) for item in _BETWEEN),
+    *((item, OFF_CARRIAGEWAY) for item in _SHARPER),
 )

@@ -28,10 +28,13 @@ OPPOSING_CLEARANCE: Final = 0.85
 # Connecting roads may leave the carriageways of the streets inside their junction by this much, m. A choice: drivers
 # cut bends by half a lane at most.
 OFF_CARRIAGEWAY: Final = 1.25
+# Half of the narrowest carriageway that cars use both ways, m.
+HALF_NARROW_CARRIAGEWAY: Final = 2.75
 # Curves drawn instead of others, to turn less sharply or to keep to a street, are longer than these by this factor at
 # most, unless they turn back. A choice.
 LONGEST_REDRAWN: Final = 1.8
-# And they have this radius at least, m, or that of the curve they replace: cars turn at 5 to 6 m.
-LEAST_REDRAWN_RADIUS: Final = 5.0
+# And they have this radius at least, m, or that of the curve they replace; turns at short streets get it, too: cars
+# turn at 5 to 6 m.
+LEAST_REDRAWN_RADIUS: Final = 5.1
 # Turns back that swing out become no longer than this, m, and are left out where they are: balloons. A choice.
 LONGEST_TURN_BACK: Final = 40.0

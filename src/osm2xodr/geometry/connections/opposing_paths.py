@@ -36,6 +36,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # Curves are compared at this many places, from this far behind their start to this far before their end, m.
 _PLACES: Final = 32
 _LEAD: Final = 2.0
+# The last axis that is tried runs between the middle of their way over the streets and the direct curve: as in
+# `ROUNDINGS`. A choice.
+_BETWEEN: Final = (12.0, 16.0, 0.6)
 # The inner one of two ways that turn back turns with the first of these radii, m, that leaves both of them room. The
 # smaller ones are choices, for ways that come nearer than `_CROSSING`, m: not below `CONNECTING_RADIUS`.
 _TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.6, 3.3, 3.1)
@@ -75,7 +78,8 @@ def draw_side_by_side(
     axes_of: tuple[Callable[[PlanView, _Pairs], PlanView], ...] = (_middles, _ways_there, _ways_back)
     if streets is not None:
         axes_of += tuple(
-            partial(_along_streets, streets=streets, rounding=item) for item in ROUNDINGS if item[2] == 1.0
+            partial(_along_streets, streets=streets, rounding=item)
+            for item in (*(item for item in ROUNDINGS if item[2] == 1.0), _BETWEEN)
         )
     for axes in axes_of:
         pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)

@@ -207,12 +207,13 @@ def _line_and_arc(
     size = np.abs(turn)
     unequal = np.abs(before - after)
     found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < LEAST_TURN_BACK)
-    found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     half = np.tan(np.clip(size, 1e-6, 3.1) / 2)
     # The detour by the tangents, as a share of the largest arc.
     detour = np.maximum(2 * half / np.maximum(size, 1e-6) - 1, 1e-6)
     touch = np.maximum(most * half, shorter * (1 - (longest - 1) / detour))
-    touch = np.maximum(np.where(shorter - touch > _SHORTEST_LINE_BESIDE_ARC, touch, shorter), 1e-9)
+    between_lines = shorter - touch > _SHORTEST_LINE_BESIDE_ARC
+    touch = np.maximum(np.where(between_lines, touch, shorter), 1e-9)
+    found &= between_lines | (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     radius = touch / half
     length = np.stack([np.maximum(before - touch, 0), radius * size, np.maximum(after - touch, 0)], axis=1)
     curvature = np.zeros_like(length)

@@ -30,7 +30,7 @@ def turning_radii(
 
     Lanes beside each other turn about one centre: to the radius of their inner edge comes what lies between it and
     the lane. A kerb of that radius would cut off as much of an acute corner as one of `KERB_RADIUS` does of a square
-    one, or up to `LARGEST_KERB` times as much.
+    one, or up to `LARGEST_KERB` times as much. No arc leaves the carriageways by more than `OFF_CARRIAGEWAY`.
     """
     kerb = np.minimum(ends.kerb[entry], ends.kerb[exit_])
     right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
@@ -41,5 +41,14 @@ def turning_radii(
     wanted = (
         np.maximum(np.minimum(kerb, edge), np.minimum(defaults.TURNING_RADIUS - width / 2, stretched)) + width / 2
     )
+    # The lane nearer to its street's line leaves the carriageways first.
+    aside = np.minimum(np.where(turn < 0, t_in, -t_in), np.where(turn < 0, -t_out, t_out))
+    half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
+    inside = (half + defaults.OFF_CARRIAGEWAY - aside) / np.maximum(1 - np.cos(turn / 2), 1e-6)
     least = defaults.TURNING_RADIUS_ACUTE
-    return np.maximum(wanted, least), np.maximum(stretched + beside, least)
+    return np.maximum(np.minimum(wanted, inside), least), np.maximum(np.minimum(stretched + beside, inside), least)
+
+
+def half_carriageways(ends: StreetEnds, end: IntArray) -> FloatArray:
+    """Return half of the widths of the carriageways at street ends, at least those of narrow ones, (n,), m."""
+    return np.maximum((ends.left[end] - ends.right[end]) / 2, defaults.HALF_NARROW_CARRIAGEWAY)

@@ -56,6 +56,8 @@ class JunctionLayout:
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics) -> JunctionLayout:
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
+    Dead ends of which junctions leave less than `SHORTEST_STREET` are left out.
+
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
     `SHORTEST_STREET` of a street between them, until nothing changes; less than `SHORTEST_STREET_BETWEEN_JUNCTIONS`
     where that does no harm. Of a street across a median, rounded corners count as needed, too. Streets shorter than
@@ -69,6 +71,9 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
     a, b = ends.node[0::2], ends.node[1::2]
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
+    # No node of a ring is a junction.
+    at_junction = np.append(is_junction, False)
+    dead_end = at_junction[a] != at_junction[b]
     tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
     via, median = restricted(network, ends), between_carriageways(network, ends)
     # Bridges and tunnels stay, unless they are very short.
@@ -94,6 +99,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
         order = np.flatnonzero(tight | short)
         order = order[np.argsort(np.where(corrected.joined, -np.inf, left)[order], kind="stable")]
         changed = clusters.join(order, a, b, np.where(tiny | corrected.joined, np.inf, extent))
+        changed |= clusters.leave_out(np.flatnonzero(dead_end & ~clusters.inner & (left < SHORTEST_STREET)), a, b)
         if not changed:
             break
     report_node_corrections(network, corrected, clusters.group, diagnostics)
@@ -133,6 +139,11 @@ class _Clusters:
             self.inner[street] = True
             changed.add(one)
         return changed
+
+    def leave_out(self, streets: IntArray, start: IntArray, end: IntArray) -> set[int]:
+        """Leave out dead ends, and return the groups that have changed."""
+        self.inner[streets] = True
+        return set(np.maximum(self.group[start[streets]], self.group[end[streets]]).tolist())
 
     def arms(self, ends: StreetEnds) -> dict[int, list[int]]:
         """Return the street ends of each group, in ascending order."""
@@ -189,13 +200,12 @@ def _settle(
         junction[arms[group]] = number
     bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
     between = (junction.reshape(-1, 2) >= 0).all(1)
-    # Corners must leave a road that readers with steps of metres do not pass over, and room for a car between
-    # junctions. Between the arms of a small roundabout there is room for less.
-    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + SNAPPED, 2 * SHORTEST_ROAD)
+    # Corners must leave a road, and room for a car between junctions. Between the arms of a small roundabout there is
+    # room for less.
+    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS, SHORTEST_STREET) + SNAPPED
     least[_on_ring(ends)] = SHORTEST_STREET + SNAPPED
-    shortest = np.where(between, SHORTEST_STREET, SHORTEST_ROAD)
     length = ends.length[0::2]
-    trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least, shortest)
+    trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least)
     squeezed |= between & (length - trim.sum(1) < SHORTEST_STREET_BETWEEN_JUNCTIONS)
     most = _most(length, trim, junction.reshape(-1, 2))
     return JunctionLayout(
@@ -238,14 +248,14 @@ def _same_layer(network: StreetNetwork, ends: StreetEnds) -> FloatArray:
 
 
 def _share_streets(
-    length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray, shortest: FloatArray
+    length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Return what both ends of each street give, (streets, 2), m, and which streets give less than is needed.
 
     Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m. Then
-    what is needed is cut, so that at least `shortest` is, (streets,), m.
+    what is needed is cut, so that at least `SHORTEST_STREET` is.
     """
-    room = np.maximum(length - shortest - SNAPPED, _LEAST_ROAD_SHARE * length)
+    room = np.maximum(length - SHORTEST_STREET - SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
     extra = np.clip((length - least - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))
