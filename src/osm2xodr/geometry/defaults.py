@@ -73,6 +73,13 @@ SMOOTH_TAPER: Final = 7.5
 ROUND_END: Final = 0.15
 # Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
 GENTLE_SHIFT: Final = 0.005
+# How fast the sideways acceleration of a car changes, m/s3, in lanes that shift to the side where there is room:
+# AASHTO 2018, 3.3.8 has 0.3 to 0.9 for transition curves.
+SHIFT_JERK: Final = 0.5
+# At no more than this speed, m/s: 130 km/h, the advisory speed of German motorways.
+SHIFT_SPEED: Final = 130.0 / 3.6
+# Such a shift is no shorter than this many times its width: it is half as steep as 1 in this at most. A choice.
+GENTLEST_SHIFT: Final = 20.0
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.

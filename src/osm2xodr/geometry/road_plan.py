@@ -66,6 +66,7 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
+from osm2xodr.geometry.through_lanes import keep_lanes_in_line
 from osm2xodr.model import BoolArray, StreetNetwork
 
 
@@ -180,7 +181,8 @@ def _connect(
     if free is not roomy:
         roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
+    even = keep_lanes_in_line(roomy.parts, connecting, network.rule)
+    even = even_widths(even, connecting, network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)
         # The roads end where they did: only lanes have changed.
