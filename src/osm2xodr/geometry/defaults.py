@@ -71,8 +71,6 @@ FULL_WIDTH_SHARE: Final = 0.25
 # longer ones are smooth steps. Choices: a smooth step of 7.5 is 1 in 5 where it is steepest.
 SMOOTH_TAPER: Final = 7.5
 ROUND_END: Final = 0.15
-# Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
-GENTLE_SHIFT: Final = 0.005
 # How fast the sideways acceleration of a car changes, m/s3, in lanes that shift to the side where there is room:
 # AASHTO 2018, 3.3.8 has 0.3 to 0.9 for transition curves.
 SHIFT_JERK: Final = 0.5

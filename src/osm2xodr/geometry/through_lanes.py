@@ -26,12 +26,15 @@ from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, Rule
 # half of a lane, and a little.
 _STRAIGHT: Final = 0.17
 _FARTHEST: Final = 2.1
-# How much the place of a carriageway counts against that of a lane in line: of one with turn lanes, which OSM's lines
-# often leave aside, and of others. Choices.
-_WEIGHT: Final = 0.3
+# How much the place of a carriageway counts against that of a lane in line, and how far it shifts at most, m: of one
+# with turn lanes, which OSM's lines often leave aside, of others, and of those whose tags tell their place. Choices:
+# 95 % of roads within 0.6 m of OSM's line.
+_WEIGHT: Final = 0.5
 _WEIGHT_TURNS: Final = 0.1
-# Lanes shift by no more, m, and not by less. Choices: OSM's lines are off by that much.
-_MOST: Final = 1.0
+_MOST: Final = 0.45
+_MOST_TURNS: Final = 1.0
+_WEIGHT_KNOWN: Final = 20.0
+# Smaller shifts are left out, m.
 _LEAST: Final = 0.1
 # Stretches that are passed in less time, s, shift as a whole. A choice: twice what `_MOST` takes.
 _SHORT: Final = 8.0
@@ -41,7 +44,9 @@ _SHORT: Final = 8.0
 class _Shifts:
     """How far parts of roads shift to the left, and what is known of that."""
 
-    weight: list[float] = field(default_factory=list)  # Of each part, for it not to shift
+    # Of each part how much it counts that it stays, and how far it shifts at most, m
+    weight: list[float] = field(default_factory=list)
+    most: list[float] = field(default_factory=list)
     # Of lanes in line: how far they are off to the left behind a border, m, and the parts before and behind it, -1
     # for none, each with the sign of its left as drivers see it
     off: list[float] = field(default_factory=list)
@@ -51,7 +56,9 @@ class _Shifts:
     def part(self, stretch: Stretch) -> int:
         """Return the number of a new part."""
         turns = any(lane.turns for lane in (*stretch.section.left, *stretch.section.right))
-        self.weight.append(_WEIGHT_TURNS if turns else _WEIGHT)
+        weight = _WEIGHT_KNOWN if stretch.attributes.middle_offset else _WEIGHT_TURNS if turns else _WEIGHT
+        self.weight.append(weight)
+        self.most.append(_MOST_TURNS if turns else _MOST)
         return len(self.weight) - 1
 
     def in_line(self, off: float, before: tuple[int, float], behind: tuple[int, float]) -> None:
@@ -69,7 +76,8 @@ class _Shifts:
         row, column, sign = (np.array(item) for item in zip(*entries, strict=True))
         matrix = sp.csr_matrix((sign, (row, column)), shape)
         found = spsolve((matrix.T @ matrix + sp.diags(self.weight)).tocsc(), -(matrix.T @ np.array(self.off)))
-        out: list[float] = np.where(np.abs(found) < _LEAST, 0.0, np.clip(found, -_MOST, _MOST)).tolist()
+        most = np.array(self.most)
+        out: list[float] = np.where(np.abs(found) < _LEAST, 0.0, np.clip(found, -most, most)).tolist()
         return out
 
 
@@ -85,7 +93,7 @@ def keep_lanes_in_line(parts: RoadParts, connecting: ConnectingRoads, rule: Rule
     shifts = _Shifts()
     # Of each road the parts that its start, its stretches, and its end are.
     numbers = {
-        road: _parts_of(stretches, shifts, rule)
+        road: _parts_of(stretches, parts.end_link[road].tolist(), shifts, rule)
         for road, stretches in enumerate(parts.stretches)
         if road in used or len(stretches) > 1
     }
@@ -134,13 +142,21 @@ def _first_of(keys: IntArray) -> BoolArray:
     return out
 
 
-def _parts_of(stretches: Sequence[Stretch], shifts: _Shifts, rule: Rule) -> list[int]:
+def _parts_of(stretches: Sequence[Stretch], link: Sequence[int], shifts: _Shifts, rule: Rule) -> list[int]:
     """Return the parts that shift of a road's start, its stretches and its end, -1 for what does not.
 
-    Short stretches shift as a whole; longer ones at the road's ends alone.
+    Short stretches shift as a whole; longer ones at the road's ends alone. Where a road touches another, `link`, it
+    stays.
     """
-    inner = [shifts.part(item) if item.length < _SHORT * _speed(item) else -1 for item in stretches]
-    ends = [inner[k] if inner[k] >= 0 else shifts.part(stretches[k]) for k in (0, -1)]
+    linked = {place for place, other in ((0, link[0]), (len(stretches) - 1, link[1])) if other >= 0}
+    inner = [
+        shifts.part(item) if k not in linked and item.length < _SHORT * _speed(item) else -1
+        for k, item in enumerate(stretches)
+    ]
+    ends = [
+        inner[k] if inner[k] >= 0 or other >= 0 else shifts.part(stretches[k])
+        for k, other in zip((0, -1), link, strict=True)
+    ]
     for (one, before), (other, behind) in pairwise(zip(stretches, inner, strict=True)):
         change = change_between(one, other, rule)
         if change.beside:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from math import sqrt
 from typing import Final
 
 from osm2xodr.geometry import defaults
@@ -58,8 +57,7 @@ class LaneChange:
         """The length over which it takes place where there is room, m."""
         one_by_one = taper_ratio(self.speed) * self.width * (max(self.at_once, 1) + 1) / 2
         # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
-        gentle = 0.0 if self.at_once else max(sqrt(6 * self.shift / defaults.GENTLE_SHIFT), self.gentle)
-        return max(self.least, one_by_one, gentle)
+        return max(self.least, one_by_one, 0.0 if self.at_once else self.gentle)
 
     @property
     def gentle(self) -> float:

@@ -74,16 +74,16 @@ def with_narrow_ends(
 
     They change along the road; what lies between gives way where there is no room for that.
     """
-    at_ends = (None if end is None else partial(_with_widths, widths=end) for end in (start, end))
-    return _with_other_ends(found, *at_ends, rule)
+    first, last = (None if end is None else partial(_with_widths, widths=end) for end in (start, end))
+    return _with_other_ends(found, first, last, rule)
 
 
 def with_shifted_ends(
     found: Sequence[Stretch], start: float | None, end: float | None, rule: Rule
 ) -> tuple[Stretch, ...]:
     """Return the stretches of a road whose lanes lie so far left of where they were at its start and its end, m."""
-    at_ends = (None if end is None else partial(shifted_stretch, aside=end) for end in (start, end))
-    return _with_other_ends(found, *at_ends, rule)
+    first, last = (None if end is None else partial(shifted_stretch, aside=end) for end in (start, end))
+    return _with_other_ends(found, first, last, rule)
 
 
 def _with_other_ends(found: Sequence[Stretch], start: _Change, end: _Change, rule: Rule) -> tuple[Stretch, ...]:
