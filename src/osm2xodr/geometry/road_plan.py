@@ -110,7 +110,7 @@ def plan_roads(
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements, diagnostics, jobs)
+    cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
     connecting = draw_tighter(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
@@ -150,11 +150,17 @@ def _lay_out_junctions(
 
 
 def _connect(
-    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics, jobs: int
+    network: StreetNetwork,
+    cut: CutStreets,
+    movements: list[Movement],
+    diagnostics: Diagnostics,
+    jobs: int,
+    *,
+    in_line: bool,
 ) -> tuple[CutStreets, ConnectingRoads]:
     """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
 
-    So too where lanes have to narrow before the junction.
+    So too where lanes have to narrow before the junction, or shift to be `in_line`.
     """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
@@ -181,7 +187,7 @@ def _connect(
     if free is not roomy:
         roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    even = keep_lanes_in_line(roomy.parts, connecting, network.rule)
+    even = keep_lanes_in_line(roomy.parts, connecting, network.rule) if in_line else roomy.parts
     even = even_widths(even, connecting, network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)

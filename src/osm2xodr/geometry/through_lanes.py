@@ -9,35 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.defaults import SHIFT_SPEED, TOWN_SPEED
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Stretch, change_between, shifted_stretch, with_shifted_ends
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, Rule
-
-# Ways that turn by no more lead straight on, rad (10 degrees); lanes that are off by more, m, are others. Choices:
-# half of a lane, and a little.
-_STRAIGHT: Final = 0.17
-_FARTHEST: Final = 2.1
-# How much the place of a carriageway counts against that of a lane in line, and how far it shifts at most, m: of one
-# with turn lanes, which OSM's lines often leave aside, of others, and of those whose tags tell their place. Choices:
-# 95 % of roads within 0.6 m of OSM's line.
-_WEIGHT: Final = 0.5
-_WEIGHT_TURNS: Final = 0.1
-_MOST: Final = 0.45
-_MOST_TURNS: Final = 1.0
-_WEIGHT_KNOWN: Final = 20.0
-# Smaller shifts are left out, m.
-_LEAST: Final = 0.1
-# Stretches that are passed in less time, s, shift as a whole. A choice: twice what `_MOST` takes.
-_SHORT: Final = 8.0
 
 
 @dataclass(slots=True)
@@ -56,14 +38,16 @@ class _Shifts:
     def part(self, stretch: Stretch) -> int:
         """Return the number of a new part."""
         turns = any(lane.turns for lane in (*stretch.section.left, *stretch.section.right))
-        weight = _WEIGHT_KNOWN if stretch.attributes.middle_offset else _WEIGHT_TURNS if turns else _WEIGHT
+        weight = defaults.IN_LINE_WEIGHT_TURNS if turns else defaults.IN_LINE_WEIGHT
+        if stretch.attributes.middle_offset:
+            weight = defaults.IN_LINE_WEIGHT_KNOWN
         self.weight.append(weight)
-        self.most.append(_MOST_TURNS if turns else _MOST)
+        self.most.append(defaults.IN_LINE_MOST_TURNS if turns else defaults.IN_LINE_MOST)
         return len(self.weight) - 1
 
     def in_line(self, off: float, before: tuple[int, float], behind: tuple[int, float]) -> None:
         """Note that lanes lead on which are off."""
-        if abs(off) <= _FARTHEST and max(before[0], behind[0]) >= 0:
+        if abs(off) <= defaults.IN_LINE_FARTHEST and max(before[0], behind[0]) >= 0:
             self.off.append(off)
             self.before.append(before)
             self.behind.append(behind)
@@ -77,7 +61,7 @@ class _Shifts:
         matrix = sp.csr_matrix((sign, (row, column)), shape)
         found = spsolve((matrix.T @ matrix + sp.diags(self.weight)).tocsc(), -(matrix.T @ np.array(self.off)))
         most = np.array(self.most)
-        out: list[float] = np.where(np.abs(found) < _LEAST, 0.0, np.clip(found, -most, most)).tolist()
+        out: list[float] = np.where(np.abs(found) < defaults.IN_LINE_LEAST, 0.0, np.clip(found, -most, most)).tolist()
         return out
 
 
@@ -123,7 +107,11 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
     turn = wrapped(hdg1 - hdg0)
     hdg = hdg0 + turn / 2
     off = (y1 - y0) * np.cos(hdg) - (x1 - x0) * np.sin(hdg)
-    straight = (np.abs(turn) <= _STRAIGHT) & (np.abs(off) <= _FARTHEST) & connecting.for_vehicles()
+    straight = (
+        (np.abs(turn) <= defaults.IN_LINE_BEND)
+        & (np.abs(off) <= defaults.IN_LINE_FARTHEST)
+        & connecting.for_vehicles()
+    )
     row = np.flatnonzero(straight & (connecting.entry != connecting.exit))
     ramp = np.array([parts.at_end(end).attributes.highway.endswith("_link") for end in range(2 * len(parts.length))])
     row = row[ramp[connecting.entry[row]] == ramp[connecting.exit[row]]]
@@ -133,6 +121,10 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
     row = row[np.argsort(np.abs(turn[row]), kind="stable")]
     row = row[_first_of(connecting.entry[row]) & _first_of(connecting.exit[row])]
     return row, off[row]
+
+
+def _is_ramp(parts: RoadParts, end: int) -> bool:
+    return parts.at_end(end).attributes.highway.endswith("_link")
 
 
 def _first_of(keys: IntArray) -> BoolArray:
@@ -150,7 +142,7 @@ def _parts_of(stretches: Sequence[Stretch], link: Sequence[int], shifts: _Shifts
     """
     linked = {place for place, other in ((0, link[0]), (len(stretches) - 1, link[1])) if other >= 0}
     inner = [
-        shifts.part(item) if k not in linked and item.length < _SHORT * _speed(item) else -1
+        shifts.part(item) if k not in linked and item.length < defaults.IN_LINE_SECONDS * _speed(item) else -1
         for k, item in enumerate(stretches)
     ]
     ends = [
@@ -166,7 +158,7 @@ def _parts_of(stretches: Sequence[Stretch], link: Sequence[int], shifts: _Shifts
 
 def _speed(stretch: Stretch) -> float:
     """Return how fast cars drive on a stretch, m/s."""
-    return min(stretch.attributes.speed_along(Direction.BOTH) or TOWN_SPEED, SHIFT_SPEED)
+    return min(stretch.attributes.speed_along(Direction.BOTH) or defaults.TOWN_SPEED, defaults.SHIFT_SPEED)
 
 
 def _shifted(stretches: tuple[Stretch, ...], aside: list[float], part: list[int], rule: Rule) -> tuple[Stretch, ...]:
