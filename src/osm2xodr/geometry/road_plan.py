@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -49,6 +50,7 @@ from osm2xodr.geometry.plan_report import (
     NEEDLESS,
     refuse_without_roads,
     report_absorbed_streets,
+    report_corners,
     report_lane_changes,
     report_missing_corners,
     report_sharp_turns,
@@ -68,6 +70,9 @@ from osm2xodr.geometry.plan_view import (
 )
 from osm2xodr.geometry.through_lanes import keep_lanes_in_line
 from osm2xodr.model import BoolArray, StreetNetwork
+
+# Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
+_SHORTER: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +111,7 @@ def plan_roads(
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
         fitted = smooth_streets(network, fitted, chained=not side_by_side)
+        report_corners(fitted, diagnostics)
     fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
@@ -188,13 +194,20 @@ def _connect(
         roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     even = keep_lanes_in_line(roomy.parts, connecting, network.rule) if in_line else roomy.parts
-    even = even_widths(even, connecting, network.rule, diagnostics)
+    even = even_widths(even, _shorter(connecting, roomy.parts, even), network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)
         # The roads end where they did: only lanes have changed.
         before, links = links, find_lane_links(even, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     return roomy, connecting
+
+
+def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -> ConnectingRoads:
+    """Return the connecting roads with the lengths that they have at least where lanes of their arms have moved."""
+    moved = np.array([one is not other for one, other in zip(before.stretches, after.stretches, strict=True)], bool)
+    either = moved[connecting.entry // 2] | moved[connecting.exit // 2]
+    return replace(connecting, length=np.where(either, _SHORTER, 1.0) * connecting.length)
 
 
 def _with_room_to_turn(
