@@ -31,9 +31,7 @@ def main(paths: list[str]) -> int:
         return 2
     found: dict[tuple[str, ...], list[float]] = defaultdict(list)
     for path in paths:
-        for node in osmium.FileProcessor(path, osmium.osm.NODE):
-            country = find_place(node.lat, node.lon).country
-            break
+        country = _country(path)
         for way in osmium.FileProcessor(path, osmium.osm.WAY):
             tags = dict(way.tags)
             width = parse_length(tags.get("width:carriageway") or tags.get("width") or "")
@@ -48,6 +46,14 @@ def main(paths: list[str]) -> int:
             quartiles = ", ".join(f"{value:.1f}" for value in np.percentile(widths, (25, 50, 75)))
             print(f"| {' | '.join(key)} | {len(widths)} | {quartiles} |")
     return 0
+
+
+def _country(path: str) -> str:
+    """Return the code of the country that the first node of a file lies in."""
+    for node in osmium.FileProcessor(path, osmium.osm.NODE):
+        if isinstance(node, osmium.osm.Node):
+            return find_place(node.lat, node.lon).country
+    return ""
 
 
 if __name__ == "__main__":

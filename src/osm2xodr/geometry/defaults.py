@@ -91,7 +91,7 @@ IN_LINE_WEIGHT_KNOWN: Final = 20.0
 IN_LINE_MOST: Final = 0.45
 IN_LINE_MOST_TURNS: Final = 1.0
 # Smaller shifts are left out, m. A choice.
-IN_LINE_LEAST: Final = 0.1
+IN_LINE_LEAST: Final = 0.2
 # Stretches that are passed in less time, s, shift as a whole. A choice: about twice what `IN_LINE_MOST_TURNS` takes.
 IN_LINE_SECONDS: Final = 8.0
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
