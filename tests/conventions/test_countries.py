@@ -123,7 +123,7 @@ def test_lane_widths(code: str, highway: str, feet_or_m: float) -> None:
     assert find_country(code).lane_width(highway) == pytest.approx(feet_or_m, abs=0.005)
 
 
-@pytest.mark.parametrize(("code", "width"), [("US", 3.35), ("AU", 3.3), ("JP", 3.25), ("DE", 3.0), ("GB", 3.0)])
+@pytest.mark.parametrize(("code", "width"), [("US", 3.35), ("CA", 3.3), ("JP", 3.25), ("DE", 3.0), ("GB", 3.0)])
 def test_lanes_beside_others_in_towns(code: str, width: float) -> None:
     assert find_country(code).lane_width("primary", beside_in_town=True) == width
     assert find_country(code).lane_width("residential", beside_in_town=True) <= width
