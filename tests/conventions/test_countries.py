@@ -110,7 +110,9 @@ def test_units_of_signs(code: str, unit: str) -> None:
         ("US", "residential", 10 * 0.3048),
         ("US", "service", LANE_WIDTH["service"]),
         ("GB", "trunk", 3.65),
-        ("GB", "residential", LANE_WIDTH["residential"]),
+        ("GB", "residential", 2.75),
+        ("IT", "secondary", 3.5),
+        ("AU", "tertiary", 3.5),
         ("JP", "trunk", 3.25),
         ("DE", "motorway", 3.75),
         ("", "primary", LANE_WIDTH["primary"]),
@@ -119,6 +121,12 @@ def test_units_of_signs(code: str, unit: str) -> None:
 )
 def test_lane_widths(code: str, highway: str, feet_or_m: float) -> None:
     assert find_country(code).lane_width(highway) == pytest.approx(feet_or_m, abs=0.005)
+
+
+@pytest.mark.parametrize(("code", "width"), [("US", 3.35), ("CA", 3.3), ("JP", 3.25), ("DE", 3.0), ("GB", 3.0)])
+def test_lanes_beside_others_in_towns(code: str, width: float) -> None:
+    assert find_country(code).lane_width("primary", beside_in_town=True) == width
+    assert find_country(code).lane_width("residential", beside_in_town=True) <= width
 
 
 @pytest.mark.parametrize(
@@ -160,7 +168,8 @@ def test_every_entry_is_sound_and_names_its_sources() -> None:
         for highway, width in country.lane_widths.items():
             assert highway in LANE_WIDTH, code
             assert LANE_WIDTH_MIN < width < LANE_WIDTH_MAX, code
-            assert abs(width - LANE_WIDTH[highway]) < 0.5, code
+            assert abs(width - LANE_WIDTH[highway]) <= 0.5, code
+        assert country.lane_width_beside is None or 3.0 < country.lane_width_beside < 3.5, code
         for item in fields(MarkStyle):
             value = getattr(country.marks, item.name)
             if item.type == "str":

@@ -11,6 +11,8 @@ from street_cases import Case
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import InputError
 from osm2xodr.geometry import build_roads
+from osm2xodr.geometry.plan_report import report_corners
+from osm2xodr.geometry.plan_view import fit_streets, smooth_streets
 from osm2xodr.model import RoadMap
 from osm2xodr.surface import FlatSurface
 
@@ -99,3 +101,20 @@ def test_changes_of_lanes_without_room_are_reported() -> None:
     assert reported("lanes=2", "lanes=2") == []
     assert reported("lanes=2", "lanes=3 lanes:forward=2") == [(Kind.REPAIRED, "lanes-taken-over", "way/2")]
     assert reported("lanes=2", "lanes=1 oneway=yes") == [(Kind.NOTE, "short-taper", "way/3")]
+
+
+def test_bends_that_stay_lines_and_arcs_are_counted_by_way() -> None:
+    """A zigzag of 20 m between right angles: corners of a street, each with steps of curvature."""
+    zigzag = {f"z{k}": (20.0 * ((k + 1) // 2), 20.0 * (k // 2)) for k in range(4)}
+    case = Case(
+        zigzag | {"y": (600.0, 3.0), "x": (300.0, 0.0), "w": (900.0, 0.0)},
+        {1: (" ".join(zigzag), ""), 2: ("x y w", "")},
+    )
+    found = Diagnostics()
+    network = case.stages().network
+    fitted = fit_streets(network, Diagnostics())
+    report_corners(fitted, found)
+    assert {item.osm_id for item in found if item.code == "corner"} == {"way/1", "way/2"}
+    smooth = Diagnostics()
+    report_corners(smooth_streets(network, fitted), smooth)
+    assert [item.osm_id for item in smooth] in ([], ["way/1"])

@@ -84,6 +84,8 @@ class Country:
     default_speeds: Mapping[str, float] = field(default_factory=lambda: _default_speeds("", {}), hash=False)
     # Width of one of several lanes, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    # The largest of those of one direction beside each other in built-up areas, m, where it differs from most
+    lane_width_beside: float | None = None
     marks: MarkStyle = MarkStyle()
     u_turns_at_signals: bool = True  # Whether cars may turn back at signals where no sign says that they may not
     sources: tuple[str, ...] = ()  # Titles of the laws and guides
@@ -96,7 +98,9 @@ class Country:
         width = self.lane_widths.get(highway, LANE_WIDTH.get(highway, LANE_WIDTH_OTHER))
         if alone:
             return max(width, ONE_LANE_WIDTH.get(highway, width))
-        return min(width, LANE_WIDTH_BESIDE_IN_TOWN) if beside_in_town else width
+        if not beside_in_town:
+            return width
+        return min(width, LANE_WIDTH_BESIDE_IN_TOWN if self.lane_width_beside is None else self.lane_width_beside)
 
 
 def find_country(code: str) -> Country:
@@ -157,6 +161,7 @@ def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> 
         speeds=MappingProxyType(speeds),
         default_speeds=_default_speeds(code, speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
+        lane_width_beside=entry.get("lane_width_beside"),
         marks=MarkStyle(**entry.get("marks", {})),
         u_turns_at_signals=entry.get("u_turns_at_signals", True),
         sources=tuple(titles[source] for source in entry["sources"]),

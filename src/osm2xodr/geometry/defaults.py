@@ -71,8 +71,29 @@ FULL_WIDTH_SHARE: Final = 0.25
 # longer ones are smooth steps. Choices: a smooth step of 7.5 is 1 in 5 where it is steepest.
 SMOOTH_TAPER: Final = 7.5
 ROUND_END: Final = 0.15
-# Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
-GENTLE_SHIFT: Final = 0.005
+# How fast the sideways acceleration of a car changes, m/s3, in lanes that shift to the side where there is room:
+# AASHTO 2018, 3.3.8 has 0.3 to 0.9 for transition curves.
+SHIFT_JERK: Final = 0.5
+# At no more than this speed, m/s: 130 km/h, the advisory speed of German motorways.
+SHIFT_SPEED: Final = 130.0 / 3.6
+# Such a shift is no shorter than this many times its width: it is half as steep as 1 in this at most. A choice.
+GENTLEST_SHIFT: Final = 20.0
+# Lanes lead straight on through a junction if their way bends by no more, rad (10 degrees); those that are off by
+# more than this, m, are others: half of a lane, and a little. Choices.
+IN_LINE_BEND: Final = 0.17
+IN_LINE_FARTHEST: Final = 2.1
+# How much it counts that a carriageway stays against lanes in line, and how far it shifts at most for these, m: with
+# turn lanes, beside which OSM's lines often lead straight on, without, and where tags tell its place. Choices: 95 %
+# of roads stay within 0.6 m of OSM's line.
+IN_LINE_WEIGHT: Final = 0.5
+IN_LINE_WEIGHT_TURNS: Final = 0.1
+IN_LINE_WEIGHT_KNOWN: Final = 20.0
+IN_LINE_MOST: Final = 0.45
+IN_LINE_MOST_TURNS: Final = 1.0
+# Smaller shifts are left out, m. A choice.
+IN_LINE_LEAST: Final = 0.2
+# Stretches that are passed in less time, s, shift as a whole. A choice: about twice what `IN_LINE_MOST_TURNS` takes.
+IN_LINE_SECONDS: Final = 8.0
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.

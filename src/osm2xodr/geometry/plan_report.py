@@ -8,19 +8,23 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, runs, smallest_radius
+from osm2xodr.curves import end_curvature, lengths, owners, pose, runs, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.defaults import CAR_WIDTH, MEETING_SHARE, SHORTEST_ROAD
 from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
 from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes, taper_zones
+from osm2xodr.geometry.plan_view import FittedStreets
 from osm2xodr.model import Direction, FloatArray, IntArray, LaneSpec, LaneType, PlanView, Rule, StreetNetwork
 
 # Ways there and back are compared at this many places each, but for this length at either end, m: there lanes meet.
 _PLACES: Final = 16
 _LEAD: Final = 2.0
+# Steps of curvature from which they count, 1/m, and within how much of a street they belong to one bend, m.
+_STEP_OF_CURVATURE: Final = 1e-6
+_ONE_BEND: Final = 20.0
 
 
 def refuse_without_roads(layout: JunctionLayout) -> None:
@@ -38,6 +42,26 @@ def report_squeezed_streets(network: StreetNetwork, layout: JunctionLayout, diag
         way = network.streets[street].pieces[0][1].osm_way_id
         text = "too short for the junctions at its ends, which were cut back"
         diagnostics.repaired("street-too-short", f"way/{way}", text)
+
+
+def report_corners(fitted: FittedStreets, diagnostics: Diagnostics) -> None:
+    """Report ways with bends whose curvature still steps, and how many: they are too sharp for spirals.
+
+    Roundabouts have such steps where curves of their own meet.
+    """
+    plan, owner = fitted.plan_view, owners(fitted.plan_view.start)
+    step = np.abs(plan.curvature[1:] - end_curvature(plan)[:-1]) > _STEP_OF_CURVATURE
+    row = np.flatnonzero(step & (owner[1:] == owner[:-1])) + 1
+    # Steps near each other are those of one bend.
+    new = (np.diff(owner[row], prepend=-1) > 0) | (np.diff(plan.s[row], prepend=-np.inf) > _ONE_BEND)
+    found: dict[int, int] = {}
+    for street, s in zip(owner[row[new]].tolist(), plan.s[row[new]].tolist(), strict=True):
+        attributes = [item for begin, item, _ in fitted.pieces[street] if begin <= s][-1]
+        if not attributes.roundabout:
+            found[attributes.osm_way_id] = found.get(attributes.osm_way_id, 0) + 1
+    for way, count in found.items():
+        text = f"{counted(count, 'bend')} of it stayed lines and arcs, as corners of streets do"
+        diagnostics.note("corner", f"way/{way}", text)
 
 
 # Why turns are left out.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -49,6 +50,7 @@ from osm2xodr.geometry.plan_report import (
     NEEDLESS,
     refuse_without_roads,
     report_absorbed_streets,
+    report_corners,
     report_lane_changes,
     report_meeting_paths,
     report_missing_corners,
@@ -67,7 +69,11 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
+from osm2xodr.geometry.through_lanes import keep_lanes_in_line
 from osm2xodr.model import BoolArray, StreetNetwork
+
+# Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
+_SHORTER: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,11 +112,12 @@ def plan_roads(
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
         fitted = smooth_streets(network, fitted, chained=not side_by_side)
+        report_corners(fitted, diagnostics)
     fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements, diagnostics, jobs)
+    cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
     connecting = draw_tighter(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
@@ -151,11 +158,17 @@ def _lay_out_junctions(
 
 
 def _connect(
-    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics, jobs: int
+    network: StreetNetwork,
+    cut: CutStreets,
+    movements: list[Movement],
+    diagnostics: Diagnostics,
+    jobs: int,
+    *,
+    in_line: bool,
 ) -> tuple[CutStreets, ConnectingRoads]:
     """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
 
-    So too where lanes have to narrow before the junction.
+    So too where lanes have to narrow before the junction, or shift to be `in_line`.
     """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
@@ -182,13 +195,21 @@ def _connect(
     if free is not roomy:
         roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
+    even = keep_lanes_in_line(roomy.parts, connecting, network.rule) if in_line else roomy.parts
+    even = even_widths(even, _shorter(connecting, roomy.parts, even), network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)
         # The roads end where they did: only lanes have changed.
         before, links = links, find_lane_links(even, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     return roomy, connecting
+
+
+def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -> ConnectingRoads:
+    """Return the connecting roads with the lengths that they have at least where lanes of their arms have moved."""
+    moved = np.array([one is not other for one, other in zip(before.stretches, after.stretches, strict=True)], bool)
+    either = moved[connecting.entry // 2] | moved[connecting.exit // 2]
+    return replace(connecting, length=np.where(either, _SHORTER, 1.0) * connecting.length)
 
 
 def _with_room_to_turn(

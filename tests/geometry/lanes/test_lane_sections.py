@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -271,12 +272,35 @@ def test_a_lane_that_placement_holds_runs_straight_beside_lanes_that_open_one_af
 
 
 def test_lanes_that_stay_the_same_shift_gently() -> None:
-    """By 1 m to the side with a curvature of 6 * 1 / T^2 = 0.005 at most: over 34.64 m, about the border."""
+    """By 1 m to the side at 50 km/h, with 0.5 m/s3 at most: over 13.89 (32 * 1 / 0.5)^(1/3) = 55.56 m."""
     found = layout((0.0, street("d> d>")), (100.0, street("d> d>", middle_offset=1.0)), end=200.0)
-    length = (6.0 / defaults.GENTLE_SHIFT) ** 0.5
-    assert length == pytest.approx(34.641, abs=1e-3)
+    length = defaults.TOWN_SPEED * (32.0 / defaults.SHIFT_JERK) ** (1 / 3)
+    assert length == pytest.approx(55.556, abs=1e-3)
     assert [section.s for section in found.sections] == [0.0]
-    assert [item.s for item in found.offset] == pytest.approx([0.0, 100.0 - length / 2, 100.0 + length / 2])
+    places = [100.0 + share * length for share in (-0.5, -0.25, 0.25, 0.5)]
+    assert [item.s for item in found.offset] == pytest.approx([0.0, *places])
+    assert [6 * item.d * defaults.TOWN_SPEED**3 for item in found.offset] == pytest.approx([0, 0.5, -0.5, 0.5, 0])
+    for one, other in pairwise(found.offset):
+        ds = other.s - one.s
+        slope, bend = one.b + 2 * one.c * ds + 3 * one.d * ds**2, 2 * one.c + 6 * one.d * ds
+        assert (width_at([one], other.s), slope, bend) == pytest.approx((other.a, other.b, 2 * other.c))
+
+
+def test_lanes_shift_gently_beside_one_that_opens_fast() -> None:
+    """A lane of 3.5 m opens over 29.75 m; those beside it take 66.95 m to move by 1.75 m, in which it lies."""
+    found = layout((0.0, street("d> d>")), (150.0, street("d> d> d>/right")), end=300.0)
+    assert [section.s for section in found.sections] == pytest.approx([0.0, 150.0 - 14.875])
+    first, last = found.offset[1].s, found.offset[-1].s
+    assert (first + last) / 2 == pytest.approx(150.0)
+    assert last - first == pytest.approx(defaults.TOWN_SPEED * (32 * 1.75 / 0.5) ** (1 / 3))
+    assert [width_at(found.offset, s) for s in (0.0, 150.0, 300.0)] == pytest.approx([3.5, 4.375, 5.25])
+
+
+def test_lanes_apart_move_with_the_one_that_opens_between_them() -> None:
+    """Else one of them would move to and fro."""
+    found = layout((0.0, street("d< d>")), (150.0, street("d< d>/left d>")), end=300.0)
+    first, last = found.offset[1].s, found.offset[-1].s
+    assert last - first == pytest.approx(defaults.TAPER_RATIO * 3.5)
 
 
 def test_lanes_that_only_change_their_width_need_no_section() -> None:

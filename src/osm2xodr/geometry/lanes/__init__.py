@@ -16,7 +16,14 @@ from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
-from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
+from osm2xodr.geometry.lanes.road_stretches import (
+    Stretch,
+    change_between,
+    shifted_stretch,
+    stretches,
+    with_narrow_ends,
+    with_shifted_ends,
+)
 from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 
 __all__ = [
@@ -30,15 +37,18 @@ __all__ = [
     "Stretch",
     "TaperZone",
     "centre_lanes",
+    "change_between",
     "cross_section",
     "end_lanes",
     "lay_out_all",
     "left_turns",
     "right_turns",
     "room_for_tapers",
+    "shifted_stretch",
     "smooth_step",
     "stretches",
     "taper_zones",
     "with_narrow_ends",
+    "with_shifted_ends",
     "without_repeats",
 ]

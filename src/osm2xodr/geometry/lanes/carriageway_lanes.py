@@ -36,8 +36,11 @@ class RoadLane:
         """Let it change its width from one place to another, in a line with round ends or in a smooth step."""
         before = self.widths[-1].a
         if abs(width - before) > SAME_VALUE:
-            step = _step(start, end - start, before, width, is_line)
-            self.widths = list(without_repeats([*self.widths, *step, Cubic(end, width)]))
+            self.follows(_step(start, end - start, before, width, is_line), end, width)
+
+    def follows(self, step: Sequence[Cubic], end: float, width: float) -> None:
+        """Let its width follow some cubics up to a place, from where on it is the same, m."""
+        self.widths = list(without_repeats([*self.widths, *step, Cubic(end, width)]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +92,9 @@ def _led_through(
     for one, other in pairs.items():
         lane = out[other] = before[one]
         lane.numbers[k], lane.specs[k] = other, after[other]
-        lane.changes(zone.start, zone.end, after[other].width, zone.is_line)
+        width = lane.widths[-1].a, after[other].width
+        if abs(width[1] - width[0]) > SAME_VALUE:
+            lane.follows(_shifted(zone, *width), zone.shift_end, width[1])
     ending = _in_order([one for one in before if one not in pairs], _specs(road[k - 1].section), pairs)
     for number, (rank, count) in ending.items():
         # The outermost ends first.
@@ -99,7 +104,8 @@ def _led_through(
     opening = _in_order([other for other in after if other not in out], after, pairs.values())
     for number, (rank, count) in opening.items():
         start, end = zone.part(rank, count)
-        lane = out[number] = RoadLane(start, road[-1].end, {k: number}, {k: after[number]}, [Cubic(zone.start, 0.0)])
+        nothing = [Cubic(zone.shift_start, 0.0)]
+        lane = out[number] = RoadLane(start, road[-1].end, {k: number}, {k: after[number]}, nothing)
         lane.changes(start, end, after[number].width, zone.is_line)
     for number in sorted(opening, key=abs):
         side = 1 if number > 0 else -1
@@ -131,11 +137,11 @@ def _in_order(
 def _centre(zone: TaperZone, k: int, road: Sequence[Stretch], sides: Mapping[int, Sequence[RoadLane]]) -> list[Cubic]:
     """Return how the centre moves in the zone before the k-th stretch.
 
-    Where lanes open or end one after another, an edge moves evenly from one cross-section to the next: of the edges
-    of lanes that continue, that which moves least.
+    Where lanes open or end one after another, or faster than others shift, an edge moves evenly from one
+    cross-section to the next: of the edges of lanes that continue, that which moves least.
     """
     before, after = road[k - 1].section, road[k].section
-    if zone.change.at_once < 2 or not zone.change.pairs:
+    if not zone.is_gentle and (zone.change.at_once < 2 or not zone.change.pairs):
         return _moved(zone, before.centre, after.centre)
 
     def edges(pair: tuple[int, int]) -> tuple[float, float]:
@@ -143,20 +149,28 @@ def _centre(zone: TaperZone, k: int, road: Sequence[Stretch], sides: Mapping[int
 
     pair = min(zone.change.pairs.items(), key=lambda pair: (abs(edges(pair)[0] - edges(pair)[1]), abs(pair[0])))
     side = 1 if pair[0] > 0 else -1
-    passing = [lane for lane in sides[side] if lane.begin < zone.end and lane.end > zone.start]
+    start, end = zone.shift_start, zone.shift_end
+    passing = [lane for lane in sides[side] if lane.begin < end and lane.end > start]
     inner = passing[: next(rank for rank, lane in enumerate(passing) if lane.numbers.get(k) == pair[1])]
-    moved = [Cubic(zone.start, edges(pair)[0]), *_moved(zone, *edges(pair))]
+    moved = [Cubic(start, edges(pair)[0]), *_moved(zone, *edges(pair))]
     records = [moved, *(lane.widths for lane in inner)]
-    places = sorted({zone.start, zone.end, *(c.s for item in records for c in item if zone.start < c.s < zone.end)})
-    out = [_sum(records, side, begin, end) for begin, end in pairwise(places)]
-    return [*out, Cubic(zone.end, after.centre)]
+    places = sorted({start, end, *(c.s for item in records for c in item if start < c.s < end)})
+    out = [_sum(records, side, *part) for part in pairwise(places)]
+    return [*out, Cubic(end, after.centre)]
 
 
 def _moved(zone: TaperZone, start: float, end: float) -> list[Cubic]:
     """Return how a value changes evenly in a zone."""
     if abs(end - start) <= SAME_VALUE:
         return []
-    return [*_step(zone.start, zone.length, start, end, zone.is_line), Cubic(zone.end, end)]
+    return [*_shifted(zone, start, end), Cubic(zone.shift_end, end)]
+
+
+def _shifted(zone: TaperZone, start: float, end: float) -> list[Cubic]:
+    """Return the cubics of a value that lanes which continue change in a zone."""
+    if zone.is_gentle:
+        return gentle_step(zone.shift_start, zone.shift_end - zone.shift_start, start, end)
+    return _step(zone.start, zone.length, start, end, zone.is_line)
 
 
 def _inner_edge(section: CrossSection, lane: int) -> float:
@@ -181,6 +195,20 @@ def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
     """Return the cubic from one value to another over a length with no slope at either end."""
     rise = end - start
     return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
+
+
+def gentle_step(s: float, length: float, start: float, end: float) -> list[Cubic]:
+    """Return the cubics from one value to another, of continuous second derivative, whose third is smallest.
+
+    It is 32 times the change by the cube of the length, to and fro over a quarter, a half and a quarter of it.
+    """
+    rise = end - start
+    slope, bend, third = rise / length, 4 * rise / length**2, 16 / 3 * rise / length**3
+    return [
+        Cubic(s, start, 0.0, 0.0, third),
+        Cubic(s + length / 4, start + rise / 12, slope, bend, -third),
+        Cubic(s + 3 * length / 4, end - rise / 12, slope, -bend, third),
+    ]
 
 
 def _step(s: float, length: float, start: float, end: float, is_line: bool) -> list[Cubic]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from math import sqrt
 from typing import Final
 
 from osm2xodr.geometry import defaults
@@ -16,6 +15,8 @@ from osm2xodr.model import Direction, LaneSpec, Rule
 
 # So many changes are remembered: the same few occur all over a network, and several times while its roads are cut.
 _REMEMBERED: Final = 4096
+# Lanes that shift to the side by less keep their place, m.
+_NO_SHIFT: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,8 @@ class LaneChange:
     # The smallest and the largest shift to the side of lanes that continue, m
     least_shift: float
     shift: float
+    aside: float  # How far these shift to the left in the mean, m
+    beside: bool  # Whether all lanes that continue lie beside each other before and after
     speed: float | None  # Of the faster of the two stretches, m/s
 
     @property
@@ -54,8 +57,15 @@ class LaneChange:
         """The length over which it takes place where there is room, m."""
         one_by_one = taper_ratio(self.speed) * self.width * (max(self.at_once, 1) + 1) / 2
         # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
-        gentle = 0.0 if self.at_once else sqrt(6 * self.shift / defaults.GENTLE_SHIFT)
-        return max(self.least, one_by_one, gentle)
+        return max(self.least, one_by_one, 0.0 if self.at_once else self.gentle)
+
+    @property
+    def gentle(self) -> float:
+        """The length over which lanes that continue shift to the side where there is room, m; 0 if they do not."""
+        if not self.beside or self.shift < _NO_SHIFT:
+            return 0.0
+        speed = defaults.TOWN_SPEED if self.speed is None else self.speed
+        return float(min(speed, defaults.SHIFT_SPEED) * (32 * self.shift / defaults.SHIFT_JERK) ** (1 / 3))
 
 
 def taper_ratio(speed: float | None) -> float:
@@ -98,7 +108,8 @@ def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int
     opening = [lane for lane in new if lane not in pairs.values()]
     widths = [old[lane][0] for lane in ending] + [new[lane][0] for lane in opening]
     widths += [abs(old[one][0] - new[other][0]) for one, other in pairs.items()]
-    shifts = [abs(old[one][1] - new[other][1]) for one, other in pairs.items()]
+    aside = [new[other][1] - old[one][1] for one, other in pairs.items()]
+    shifts = [abs(item) for item in aside]
     groups = [[old[lane][2] for lane in ending], [new[lane][2] for lane in opening]]
     return LaneChange(
         pairs,
@@ -107,8 +118,17 @@ def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int
         max(widths, default=0.0),
         min(shifts, default=0.0),
         max(shifts, default=0.0),
+        sum(aside) / max(len(aside), 1),
+        _is_row(old, pairs) and _is_row(new, pairs.values()),
         speed,
     )
+
+
+def _is_row(lanes: Collection[int], some: Collection[int]) -> bool:
+    """Say whether some of the lanes of a cross-section, by their ids, lie beside each other."""
+    place = {lane: k for k, lane in enumerate(sorted(lanes))}
+    found = [place[lane] for lane in some]
+    return bool(found) and max(found) - min(found) == len(found) - 1
 
 
 def _lanes(section: CrossSection) -> dict[int, tuple[float, float, Direction]]:

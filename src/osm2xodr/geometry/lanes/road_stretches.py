@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 from osm2xodr.geometry import defaults
@@ -30,6 +31,10 @@ class Stretch:
     def length(self) -> float:
         """Length, m."""
         return self.end - self.start
+
+
+# What changes a stretch, if anything does.
+_Change = Callable[[Stretch], Stretch] | None
 
 
 def stretches(
@@ -69,14 +74,35 @@ def with_narrow_ends(
 
     They change along the road; what lies between gives way where there is no room for that.
     """
+    first, last = (None if end is None else partial(_with_widths, widths=end) for end in (start, end))
+    return _with_other_ends(found, first, last, rule)
+
+
+def with_shifted_ends(
+    found: Sequence[Stretch], start: float | None, end: float | None, rule: Rule
+) -> tuple[Stretch, ...]:
+    """Return the stretches of a road whose lanes lie so far left of where they were at its start and its end, m."""
+    first, last = (None if end is None else partial(shifted_stretch, aside=end) for end in (start, end))
+    return _with_other_ends(found, first, last, rule)
+
+
+def _with_other_ends(found: Sequence[Stretch], start: _Change, end: _Change, rule: Rule) -> tuple[Stretch, ...]:
+    """Return the stretches of a road with short ones at its ends, which are what stood there, changed."""
     length = found[-1].end
     steady = min(defaults.STEADY_END, length / 4)
-    first = [] if start is None else [_with_widths(replace(found[0], start=0.0, end=steady), start)]
-    last = [] if end is None else [_with_widths(replace(found[-1], start=length - steady, end=length), end)]
+    first = [] if start is None else [start(replace(found[0], start=0.0, end=steady))]
+    last = [] if end is None else [end(replace(found[-1], start=length - steady, end=length))]
     lower, upper = steady if first else 0.0, length - steady if last else length
     between = [item for item in found if item.end > lower and item.start < upper]
     inner = [replace(item, start=max(item.start, lower), end=min(item.end, upper)) for item in between]
     return tuple(_with_room([*first, *inner, *last], rule, room_for_tapers(length), (bool(first), bool(last))))
+
+
+def shifted_stretch(item: Stretch, aside: float) -> Stretch:
+    """Return a stretch whose lanes lie farther left, m."""
+    old = item.section
+    places = (old.centre + aside, old.left_edge + aside, old.right_edge + aside)
+    return replace(item, section=CrossSection(old.left, old.right, *places))
 
 
 def _with_widths(item: Stretch, widths: Mapping[int, float]) -> Stretch:

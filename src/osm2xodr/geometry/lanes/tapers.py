@@ -20,6 +20,10 @@ class TaperZone:
     start: float
     end: float
     change: LaneChange
+    # The longer part in which lanes that continue shift to the side, which those that open or end do not hinder, m
+    shift_start: float
+    shift_end: float
+    is_gentle: bool  # Whether they do so with curvature that changes evenly; else both are the same, and they do not
 
     @property
     def length(self) -> float:
@@ -65,8 +69,29 @@ def taper_zones(
         one.end + _behind_border(one, other, change, length)
         for (one, other), change, length in zip(pairwise(road), changes, lengths, strict=True)
     ]
-    starts = _placed(middles, lengths, (road[-1].end - whole) / 2, whole)
-    return tuple(TaperZone(s, s + length, change) for s, length, change in zip(starts, lengths, changes, strict=True))
+    begin = (road[-1].end - whole) / 2
+    starts = _placed(middles, lengths, begin, whole)
+    ends = [start + length for start, length in zip(starts, lengths, strict=True)]
+    shifts = _shifts(changes, starts, ends, begin, road[-1].end - begin)
+    return tuple(TaperZone(*item) for item in zip(starts, ends, changes, *zip(*shifts, strict=True), strict=True))
+
+
+def _shifts(
+    changes: Sequence[LaneChange], starts: Sequence[float], ends: Sequence[float], begin: float, end: float
+) -> list[tuple[float, float, bool]]:
+    """Return from where to where lanes that continue shift, about the zones in which others open or end, if gently.
+
+    As far to one side as to the other; between two zones each has half of the room, on a road from `begin` to `end`.
+    """
+    borders = [begin, *((a + b) / 2 for a, b in zip(ends[:-1], starts[1:], strict=True)), end]
+    out = []
+    for k, change in enumerate(changes):
+        start, end = starts[k], ends[k]
+        more = max(min(start - borders[k], borders[k + 1] - end, (change.gentle - end + start) / 2), 0.0)
+        roomy = end - start + 2 * more >= defaults.GENTLEST_SHIFT * change.shift
+        gentle = change.gentle > 0.0 and roomy and (more > 0.0 or not change.at_once)
+        out.append((start - more, end + more, True) if gentle else (start, end, False))
+    return out
 
 
 def _behind_border(one: Stretch, other: Stretch, change: LaneChange, length: float) -> float:

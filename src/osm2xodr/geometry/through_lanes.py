@@ -1,0 +1,174 @@
+"""Lanes that lead on lie in line where their number changes, and on both sides of junctions (docs/method/lanes.md).
+
+OSM's lines tell where carriageways are, and often not where among the lanes: if roads lay about the middle of the
+lines everywhere, cars would shift by half a lane where one opens beside theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
+from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.lanes import Stretch, change_between, shifted_stretch, with_shifted_ends
+from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, Rule
+
+
+@dataclass(slots=True)
+class _Shifts:
+    """How far parts of roads shift to the left, and what is known of that."""
+
+    # Of each part how much it counts that it stays, and how far it shifts at most, m
+    weight: list[float] = field(default_factory=list)
+    most: list[float] = field(default_factory=list)
+    # Of lanes in line: how far they are off to the left behind a border, m, and the parts before and behind it, -1
+    # for none, each with the sign of its left as drivers see it
+    off: list[float] = field(default_factory=list)
+    before: list[tuple[int, float]] = field(default_factory=list)
+    behind: list[tuple[int, float]] = field(default_factory=list)
+
+    def part(self, stretch: Stretch) -> int:
+        """Return the number of a new part."""
+        turns = any(lane.turns for lane in (*stretch.section.left, *stretch.section.right))
+        weight = defaults.IN_LINE_WEIGHT_TURNS if turns else defaults.IN_LINE_WEIGHT
+        if stretch.attributes.middle_offset:
+            weight = defaults.IN_LINE_WEIGHT_KNOWN
+        self.weight.append(weight)
+        self.most.append(defaults.IN_LINE_MOST_TURNS if turns else defaults.IN_LINE_MOST)
+        return len(self.weight) - 1
+
+    def in_line(self, off: float, before: tuple[int, float], behind: tuple[int, float]) -> None:
+        """Note that lanes lead on which are off."""
+        if abs(off) <= defaults.IN_LINE_FARTHEST and max(before[0], behind[0]) >= 0:
+            self.off.append(off)
+            self.before.append(before)
+            self.behind.append(behind)
+
+    def found(self) -> list[float]:
+        """Return the shifts with the least squares, of each part, m."""
+        shape = len(self.off), len(self.weight)
+        entries = [(k, n, s) for k, (n, s) in enumerate(self.behind) if n >= 0]
+        entries += [(k, n, -s) for k, (n, s) in enumerate(self.before) if n >= 0]
+        row, column, sign = (np.array(item) for item in zip(*entries, strict=True))
+        matrix = sp.csr_matrix((sign, (row, column)), shape)
+        found = spsolve((matrix.T @ matrix + sp.diags(self.weight)).tocsc(), -(matrix.T @ np.array(self.off)))
+        most = np.array(self.most)
+        out: list[float] = np.where(np.abs(found) < defaults.IN_LINE_LEAST, 0.0, np.clip(found, -most, most)).tolist()
+        return out
+
+
+def keep_lanes_in_line(parts: RoadParts, connecting: ConnectingRoads, rule: Rule) -> RoadParts:
+    """Return roads whose lanes shift to the side to lead straight on where they did not.
+
+    Least squares: unknown is how far short stretches shift, and the ends of longer ones at junctions; observed is
+    that they do not, and that lanes are in line.
+    """
+    row, off = _straight_on(connecting, parts)
+    entry, exit_ = connecting.entry[row].tolist(), connecting.exit[row].tolist()
+    used = {end // 2 for end in (*entry, *exit_)}
+    shifts = _Shifts()
+    # Of each road the parts that its start, its stretches, and its end are.
+    numbers = {
+        road: _parts_of(stretches, parts.end_link[road].tolist(), shifts, rule)
+        for road, stretches in enumerate(parts.stretches)
+        if road in used or len(stretches) > 1
+    }
+    for one, other, aside in zip(entry, exit_, off.tolist(), strict=True):
+        before, behind = (numbers[end // 2][-1 if end % 2 else 0] for end in (one, other))
+        shifts.in_line(aside, (before, 1.0 if one % 2 else -1.0), (behind, -1.0 if other % 2 else 1.0))
+    if not shifts.off:
+        return parts
+    found = [*shifts.found(), 0.0]
+    stretches = list(parts.stretches)
+    for road, part in numbers.items():
+        aside = [found[k] for k in part]
+        if any(aside):
+            stretches[road] = _shifted(stretches[road], aside, part, rule)
+    return replace(parts, stretches=tuple(stretches))
+
+
+def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArray, FloatArray]:
+    """Return a connecting road of each two road ends that lead straight on to each other, and how far to the left, m.
+
+    Of several it is the one that leads straightest on: lanes that open beside it are farther off.
+    """
+    plan = connecting.plan_view
+    every = np.arange(len(connecting.length))
+    x0, y0, hdg0 = pose(plan, every, np.zeros(len(every)))
+    x1, y1, hdg1 = pose(plan, every, lengths(plan))
+    turn = wrapped(hdg1 - hdg0)
+    hdg = hdg0 + turn / 2
+    off = (y1 - y0) * np.cos(hdg) - (x1 - x0) * np.sin(hdg)
+    straight = (
+        (np.abs(turn) <= defaults.IN_LINE_BEND)
+        & (np.abs(off) <= defaults.IN_LINE_FARTHEST)
+        & connecting.for_vehicles()
+    )
+    row = np.flatnonzero(straight & (connecting.entry != connecting.exit))
+    ramp = np.array([parts.at_end(end).attributes.highway.endswith("_link") for end in range(2 * len(parts.length))])
+    row = row[ramp[connecting.entry[row]] == ramp[connecting.exit[row]]]
+    row = row[np.argsort(np.abs(off[row]), kind="stable")]
+    row = row[_first_of(np.column_stack([connecting.entry[row], connecting.exit[row]]))]
+    # Each end has one partner, that of the ends which bends least.
+    row = row[np.argsort(np.abs(turn[row]), kind="stable")]
+    row = row[_first_of(connecting.entry[row]) & _first_of(connecting.exit[row])]
+    return row, off[row]
+
+
+def _is_ramp(parts: RoadParts, end: int) -> bool:
+    return parts.at_end(end).attributes.highway.endswith("_link")
+
+
+def _first_of(keys: IntArray) -> BoolArray:
+    """Say which of some keys were not there before, (n,)."""
+    out = np.zeros(len(keys), bool)
+    out[np.unique(keys, axis=0, return_index=True)[1]] = True
+    return out
+
+
+def _parts_of(stretches: Sequence[Stretch], link: Sequence[int], shifts: _Shifts, rule: Rule) -> list[int]:
+    """Return the parts that shift of a road's start, its stretches and its end, -1 for what does not.
+
+    Short stretches shift as a whole; longer ones at the road's ends alone. Where a road touches another, `link`, it
+    stays.
+    """
+    linked = {place for place, other in ((0, link[0]), (len(stretches) - 1, link[1])) if other >= 0}
+    inner = [
+        shifts.part(item) if k not in linked and item.length < defaults.IN_LINE_SECONDS * _speed(item) else -1
+        for k, item in enumerate(stretches)
+    ]
+    ends = [
+        inner[k] if inner[k] >= 0 or other >= 0 else shifts.part(stretches[k])
+        for k, other in zip((0, -1), link, strict=True)
+    ]
+    for (one, before), (other, behind) in pairwise(zip(stretches, inner, strict=True)):
+        change = change_between(one, other, rule)
+        if change.beside:
+            shifts.in_line(change.aside, (before, 1.0), (behind, 1.0))
+    return [ends[0], *inner, ends[1]]
+
+
+def _speed(stretch: Stretch) -> float:
+    """Return how fast cars drive on a stretch, m/s."""
+    return min(stretch.attributes.speed_along(Direction.BOTH) or defaults.TOWN_SPEED, defaults.SHIFT_SPEED)
+
+
+def _shifted(stretches: tuple[Stretch, ...], aside: list[float], part: list[int], rule: Rule) -> tuple[Stretch, ...]:
+    """Return the stretches of a road that shift, by what its start, its stretches and its end do, m."""
+    out = tuple(
+        shifted_stretch(item, shift) if shift else item for item, shift in zip(stretches, aside[1:-1], strict=True)
+    )
+    start, end = (aside[k] if aside[k] and part[k] != part[beside] else None for k, beside in ((0, 1), (-1, -2)))
+    if start is None and end is None:
+        return out
+    shifted = with_shifted_ends(out, start, end, rule)
+    # Not at the cost of lanes that have no room then.
+    return shifted if len(shifted) == len(out) + (start is not None) + (end is not None) else out
