@@ -250,19 +250,16 @@ def _overlaps(ways: Carriageways) -> _Pairs:
 
 
 def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
-    """Return the pairs of pieces of two roads, both on the ground of one layer, that cross or cover half of each other.
-
-    Less of an overlap may follow from guessed widths alone.
-    """
+    """Return the pairs of pieces of two roads, both on the ground of one layer, whose middles cross."""
     own = np.flatnonzero((ways.structure == Structure.GROUND) & (ways.curve < len(problem.end_junction)))
     one, other = overlapping_pairs(ways.corners[own], np.ones(len(own), bool), ways.curve[own])
     a, b = own[one], own[other]
     apart = (ways.curve[a] != ways.curve[b]) & (ways.level[a] == ways.level[b])
     a, b = a[apart], b[apart]
+    used = np.flatnonzero(_middles_cross(ways, a, b))
+    a, b = a[used], b[used]
     depth = overlap_depths(ways.corners[a], ways.corners[b])
-    crossing = _middles_cross(ways, a, b)
-    used = np.flatnonzero((depth > _SHARED_WIDTH) & (crossing | (depth >= 0.5 * np.minimum(ways.width[a], ways.width[b]))))
-    return _Pairs(a[used], b[used], depth[used], crossing[used], np.zeros(len(used), np.int64))
+    return _Pairs(a, b, depth, np.ones(len(a), bool), np.zeros(len(a), np.int64))
 
 
 def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolArray:
@@ -276,8 +273,8 @@ def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolAr
 def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
     """Return pairs and other ones of other places."""
     place = np.concatenate([one.place, other.place + one.place.max(initial=-1) + 1])
-    rest = (np.concatenate([getattr(pairs, item.name) for pairs in (one, other)]) for item in fields(_Pairs)[:-1])
-    return _Pairs(*rest, place)
+    both = _Pairs(*(np.concatenate([getattr(pairs, item.name) for pairs in (one, other)]) for item in fields(_Pairs)))
+    return replace(both, place=place)
 
 
 def _levels(structure: IntArray, layer: IntArray) -> IntArray:

@@ -31,7 +31,7 @@ RELIEF_SHARE: Final = 0.4
 STRUCTURE_TENSION_LENGTH: Final = 60.0
 # Factor on the flexibility of bridges for each bridge above them: they are built straight between their portals, and
 # what passes over them is built higher.
-LOWER_DECK_FLEXIBILITY: Final = 0.1
+LOWER_DECK_FLEXIBILITY: Final = 0.05
 # Standard error of a junction's tilt about level, where its roads leave it open, rise per metre: streets at junctions
 # are within a few percent.
 JUNCTION_TILT_SIGMA: Final = 0.3
@@ -161,7 +161,7 @@ CLEARANCE: Final = MappingProxyType(
 DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
-# from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
+# from 1 m (twice its error beneath bridges) to 500 m. A precise model shows the road in its cutting; there the bridge
 # has to rise. To clearances and heights that the user knows they give way by the last.
 CLEARANCE_PUSH_SIGMAS: Final = 100.0
 CLEARANCE_PUSH_MIN: Final = 1.0

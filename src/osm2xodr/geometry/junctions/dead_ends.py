@@ -30,7 +30,7 @@ def cut_back_ends_on_streets(
 ) -> JunctionLayout:
     """Cut back dead ends whose middle lies on a street of their layer that they do not meet, and report them.
 
-    Most were meant to join that street; nothing says so. Both would lie on each other, and neither knows of the other.
+    Most were meant to join that street, but nothing says so: roads would lie on each other that know nothing of it.
     """
     node = ends.node
     arms = np.bincount(node[node >= 0], minlength=len(network.intersections))
@@ -78,9 +78,9 @@ class _Streets:
             return []
         x, y, _ = outward_pose(ends, found, np.zeros(len(found)))
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
-        near = cKDTree(self._xy).query_ball_point(np.column_stack([x, y]), reach)
-        row = np.repeat(np.arange(len(found)), [len(places) for places in near])
-        place = np.array([k for places in near for k in places], np.int64)
+        tree = cKDTree(self._xy)
+        near = [np.array(tree.query_ball_point(at, reach), np.int64) for at in np.column_stack([x, y])]
+        row, place = np.repeat(np.arange(len(found)), [len(places) for places in near]), np.concatenate(near)
         own = (self.street[place] == found[row] // 2) | (self._layer[place] != ends.layer[found[row]])
         row, place = row[~own], place[~own]
         on = self._on(place, x[row], y[row], 0.0)

@@ -29,8 +29,8 @@ _LEAST_ROOM: Final = 0.5
 # Room for rounding where places of two streets are abreast, and the least width of two half carriageways, m.
 _ABREAST_SLACK: Final = 0.1
 _LEAST_WIDTH: Final = 0.1
-# Where a street in a bend passes another one, places this far apart are compared, m; within 4 m the bend turns by less
-# than the angle of this sine (50 degrees). Choices.
+# Where a street in a bend passes another one, places this far apart are compared, m; within half of
+# `PARALLEL_SPACING` the bend turns by less than the angle of this sine (50 degrees). Choices.
 _BEND_SPACING: Final = 1.0
 _BENT_SINE: Final = 0.77
 
