@@ -19,7 +19,7 @@ from osm2xodr.system import release_memory
 
 # Rounds in which the robust weights are set anew, and those of them that use Cauchy's loss before Geman-McClure's.
 _ROBUST_ROUNDS: Final = 4
-_CAUCHY_ROUNDS: Final = 3
+_CAUCHY_ROUNDS: Final = 2
 # Most Newton steps after these, and the promised fall of the objective at which they stop (its unit is a squared
 # standard error, halved). A part that is solved by itself must promise this share of it.
 _NEWTON_STEPS: Final = 30
