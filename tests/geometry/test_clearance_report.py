@@ -78,7 +78,8 @@ def test_junction_below_a_bridge_lies_inside_of_it(tmp_path: Path) -> None:
 
 def test_roads_that_cross_on_one_layer_are_reported_with_the_reason(tmp_path: Path) -> None:
     road_map, diagnostics, result = built(crossing(ROAD), tmp_path)
-    (note,) = about(diagnostics, "clearance")
+    assert about(diagnostics, "clearance") == []
+    (note,) = about(diagnostics, "crossing-without-node")
     assert {note.osm_id, *(word.rstrip(":") for word in note.message.split() if "way/" in word)} == {
         "way/10",
         "way/21",
@@ -117,3 +118,20 @@ def test_bridges_of_a_level_world_are_reported_as_such(tmp_path: Path) -> None:
     assert note.message.endswith("all ground is at one height")
     assert len(result.findings) == 1
     assert road_map.elevation_report is None
+
+
+def test_streets_that_cross_without_a_node_are_level_there(tmp_path: Path) -> None:
+    """On this ground they would be 0.5 m apart, as the model errs."""
+    steps = Ground(lambda x, y: 300.0 + np.where(np.abs(x) < 40.0, 0.0, 0.5), cell_size=30.0, sigma=3.0)
+    road_map, diagnostics, _ = built(crossing(ROAD), tmp_path, steps)
+    assert len(about(diagnostics, "crossing-without-node")) == 1
+    assert road_map.elevation_report is not None
+    (tight,) = road_map.elevation_report.tight
+    assert tight.clearance < 0.15
+
+
+def test_roads_whose_edges_alone_overlap_are_no_crossing(tmp_path: Path) -> None:
+    nodes = {1: (-300.0, 0.0), 2: (300.0, 0.0), 3: (-300.0, 2.0), 4: (300.0, 2.0)}
+    _, diagnostics, result = built(Area(nodes, {10: ([1, 2], ROAD), 11: ([3, 4], ROAD)}), tmp_path)
+    assert about(diagnostics, "crossing-without-node") == []
+    assert len(about(diagnostics, "clearance")) == len(result.findings) > 0

@@ -13,6 +13,7 @@ import pytest
 from lxml import etree
 from scene_files import SCENES, Conversion, Conversions, Scene
 
+from osm2xodr.checking import CheckOptions, check_file
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 
@@ -238,3 +239,14 @@ def test_statistics_are_those_of_the_file(conversion: Conversion) -> None:
         "xodr_version": "1.7",
         "sha256": hashlib.sha256(conversion.path.read_bytes()).hexdigest(),
     }
+
+
+def test_every_place_with_little_room_that_check_finds_is_reported(conversion: Conversion) -> None:
+    """What the solve knows to be too close for its class may still have the room that `check` asks for."""
+    found = check_file(conversion.path, CheckOptions(only=("clearance",), ignore=())).findings
+    report: Any = conversion.report
+    tight = report["elevation"]["tight"]
+    pairs = {frozenset((int(item.road), int(item.text.split()[-1]))) for item in found}
+    assert pairs <= {frozenset((item["upper"], item["lower"])) for item in tight}
+    said = Counter(item["code"] for item in report["diagnostics"])
+    assert said["clearance"] + said["crossing-without-node"] == len(tight)

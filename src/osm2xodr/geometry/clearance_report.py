@@ -22,8 +22,19 @@ from osm2xodr.curves import (
 )
 from osm2xodr.defaults import CLEARANCE_LEAST
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at
-from osm2xodr.model import VEHICLE_LANES, FloatArray, IntArray, Lane, LaneSection, LayerCrossing, RoadMap
+from osm2xodr.model import (
+    VEHICLE_LANES,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Lane,
+    LaneSection,
+    LayerCrossing,
+    RoadMap,
+    Structure,
+)
 
 
 def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics) -> RoadMap:
@@ -36,14 +47,17 @@ def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Dia
         return road_map
     report = road_map.elevation_report
     known = {frozenset((item.upper, item.lower)) for item in report.tight} if report else set()
-    tight = []
+    tight, forgotten = [], _without_node(road_map, problem, found)
     for k, crossing in enumerate(_crossings(road_map, problem, found)):
         if frozenset((crossing.upper, crossing.lower)) in known:
             continue
         tight.append(crossing)
         gap = f"{crossing.clearance:.1f} m above" if crossing.clearance >= 0.05 else "at the height of"
         text = f"it passes {gap} way/{crossing.lower_way}: {_reason(road_map, problem, found, k)}"
-        diagnostics.note("clearance", f"way/{crossing.upper_way}", text)
+        if forgotten[k]:
+            diagnostics.note("crossing-without-node", f"way/{crossing.upper_way}", text)
+        else:
+            diagnostics.note("clearance", f"way/{crossing.upper_way}", text)
     if report is None:
         return road_map
     every = tuple(sorted((*report.tight, *tight), key=lambda item: item.clearance - item.wanted))
@@ -59,6 +73,17 @@ def _reason(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces, k: i
     if level[0] == level[1]:
         return "both are on one layer and have no node in common there"
     return "they meet, or their bridge or tunnel ends, too near to there"
+
+
+def _without_node(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces) -> BoolArray:
+    """Return at which places streets cross on the ground of one layer: OSM lacks a node there, or a bridge."""
+    plain = np.array([road.junction is None for road in road_map.roads], bool)
+    spans = [curve_spans(problem, road, s) for road, s in _both(found)]
+    one, other = ((problem.span_structure[span], problem.span_layer[span]) for span in spans)
+    level = (one[0] == Structure.GROUND) & (other[0] == Structure.GROUND) & (one[1] == other[1])
+    hdg, across = (pose(road_map.plan_view, road, s)[2] for road, s in _both(found))
+    out: BoolArray = plain[found.road] & plain[found.other] & level & (np.abs(np.sin(hdg - across)) > PARALLEL_SINE)
+    return out
 
 
 def _crossings(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces) -> list[LayerCrossing]:

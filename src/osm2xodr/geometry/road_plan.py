@@ -37,6 +37,7 @@ from osm2xodr.geometry.junctions import (
     add_turnarounds,
     choose_u_turns,
     cut_back_dead_ends,
+    cut_back_ends_on_streets,
     cut_roads,
     find_movements,
     lay_out_junctions,
@@ -153,6 +154,7 @@ def _lay_out_junctions(
     movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
     driven = without_idle_junctions(layout, movements)
     layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
+    layout = cut_back_ends_on_streets(network, fitted, ends, layout, diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
     return layout, movements + loops
 

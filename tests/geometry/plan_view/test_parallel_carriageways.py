@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 from street_cases import Case
 
@@ -9,6 +12,9 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
+
+# Headings along a bend, rad.
+_BEND = np.deg2rad(np.arange(-80.0, 81.0, 10.0)).tolist()
 
 
 def share_kept(case: Case) -> tuple[float, list[str]]:
@@ -68,3 +74,14 @@ def test_streets_that_part_slowly_are_arms_only_as_far_as_a_junction_reaches(hig
     kept, reported = share_kept(Case(nodes, {1: ("o a", tags), 2: ("o b c", tags), 3: ("w o", tags)}))
     assert (kept < 1.0) is narrowed
     assert reported == (["lanes-narrowed"] * 2 if narrowed else [])
+
+
+@pytest.mark.parametrize(("apart", "share"), [(6.3, 1.0), (5.0, 0.8), (2.0, 1.0)])
+def test_a_street_in_a_bend_fits_beside_the_one_that_it_touches(apart: float, share: float) -> None:
+    """A bend of 15 m in radius comes nearest between places of which none is abreast and parallel."""
+    bend = {f"p{k}": (103.0 + 15.0 * math.sin(a), apart + 15.0 * (1.0 - math.cos(a))) for k, a in enumerate(_BEND)}
+    nodes = {"a": (0.0, 0.0), "b": (200.0, 0.0), "c": (30.0, 90.0), **bend, "d": (180.0, 90.0)}
+    ways = {1: ("a b", "width=6"), 2: (" ".join(["c", *bend, "d"]), "width=6")}
+    kept, reported = share_kept(Case(nodes, ways))
+    assert kept == pytest.approx(share, abs=0.03)
+    assert reported == ([] if share == 1.0 else ["lanes-narrowed"] * 2)

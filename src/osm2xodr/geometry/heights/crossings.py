@@ -169,7 +169,8 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossin
     """Find where one carriageway passes over another, by their areas, layers and structures.
 
     `end_node`, (2 R,), is the node that each road end lies at; junction j is node j. The second result are the places
-    where carriageways of different layers cross right beside a node that they share: they are level there.
+    where carriageways are level: on different layers right beside a node that they share, and where they cross on the
+    ground without a common node.
     """
     ways = lay_out_carriageways(problem)
     pairs = _places(ways, _overlaps(ways))
@@ -182,8 +183,10 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossin
     half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
     apart = ways.level[pairs.upper] != ways.level[pairs.lower]
     meeting = near & apart & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
-    chosen = (np.flatnonzero(rows) for rows in (passing, meeting))
-    found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, pairs.chosen(rows))) for rows in chosen)
+    level = _places(ways, _on_the_ground(problem, ways))
+    level = level.chosen(np.flatnonzero(~_meetings(problem, end_node, ways, level)[0]))
+    chosen = pairs.chosen(np.flatnonzero(passing)), _one_after_the_other(pairs.chosen(np.flatnonzero(meeting)), level)
+    found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, rows)) for rows in chosen)
     return found, meets
 
 
@@ -240,13 +243,38 @@ def _overlaps(ways: Carriageways) -> _Pairs:
     a, b, depth, height = a[deep], b[deep], depth[deep], height[deep]
     over = (height > 0) | ((height == 0) & (ways.curve[a] > ways.curve[b]))
     upper, lower = np.where(over, a, b), np.where(over, b, a)
-    begin, end = ways.middles
-    # A little longer than they are: two may cross where pieces meet.
-    begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
-    crossing = segments_cross(begin[upper], end[upper], begin[lower], end[lower])
+    crossing = _middles_cross(ways, upper, lower)
     # Side by side on one layer, none of them is above the other.
     used = np.flatnonzero((height != 0) | crossing)
     return _Pairs(upper[used], lower[used], depth[used], crossing[used], np.zeros(len(used), np.int64))
+
+
+def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
+    """Return the pairs of pieces of two roads, both on the ground of one layer, whose middles cross."""
+    own = np.flatnonzero((ways.structure == Structure.GROUND) & (ways.curve < len(problem.end_junction)))
+    one, other = overlapping_pairs(ways.corners[own], np.ones(len(own), bool), ways.curve[own])
+    a, b = own[one], own[other]
+    apart = (ways.curve[a] != ways.curve[b]) & (ways.level[a] == ways.level[b])
+    a, b = a[apart], b[apart]
+    used = np.flatnonzero(_middles_cross(ways, a, b))
+    a, b = a[used], b[used]
+    depth = overlap_depths(ways.corners[a], ways.corners[b])
+    return _Pairs(a, b, depth, np.ones(len(a), bool), np.zeros(len(a), np.int64))
+
+
+def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolArray:
+    """Return whether the middles of pieces, both (n,), cross each other."""
+    begin, end = ways.middles
+    # A little longer than they are: two may cross where pieces meet.
+    begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
+    return segments_cross(begin[one], end[one], begin[other], end[other])
+
+
+def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
+    """Return pairs and other ones of other places."""
+    place = np.concatenate([one.place, other.place + one.place.max(initial=-1) + 1])
+    both = _Pairs(*(np.concatenate([getattr(pairs, item.name) for pairs in (one, other)]) for item in fields(_Pairs)))
+    return replace(both, place=place)
 
 
 def _levels(structure: IntArray, layer: IntArray) -> IntArray:

@@ -29,6 +29,9 @@ RELIEF_WAVE: Final = 0.025
 RELIEF_SHARE: Final = 0.4
 # Bridges and tunnels longer than this are drawn straight between their ends, m.
 STRUCTURE_TENSION_LENGTH: Final = 60.0
+# Factor on the flexibility of bridges for each bridge above them: they are built straight between their portals, and
+# what passes over them is built higher.
+LOWER_DECK_FLEXIBILITY: Final = 0.05
 # Standard error of a junction's tilt about level, where its roads leave it open, rise per metre: streets at junctions
 # are within a few percent.
 JUNCTION_TILT_SIGMA: Final = 0.3
@@ -158,11 +161,11 @@ CLEARANCE: Final = MappingProxyType(
 DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
-# from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
+# from 1 m (twice its error beneath bridges) to 500 m. A precise model shows the road in its cutting; there the bridge
 # has to rise. To clearances and heights that the user knows they give way by the last.
-CLEARANCE_PUSH_SIGMAS: Final = 30.0
+CLEARANCE_PUSH_SIGMAS: Final = 100.0
 CLEARANCE_PUSH_MIN: Final = 1.0
-CLEARANCE_PUSH_MAX: Final = 150.0
+CLEARANCE_PUSH_MAX: Final = 500.0
 # Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and
 # how far the ground is moved for it at most, m. Choices: they are one surface there.
 MEETING_STEP_MAX: Final = 0.1

@@ -28,6 +28,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 _STIFFNESS_RATIO: Final = 60.0
 # The same of the firm limit on grades: it must hold against the largest forces of the others.
 _FIRM_STIFFNESS_RATIO: Final = 240.0
+# Clearances are at their largest force where they are short by this, m: less than what is reported.
+_CLEARANCE_SLACK: Final = 0.1
 # Largest forces of the limits by class on grades and tilts, in moments that turn a road by 1: beyond them they yield.
 _GRADE_CAP: Final = 1.5
 _TILT_CAP: Final = 3.0
@@ -261,7 +263,8 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     either = np.full(len(k), -1, np.int64)
     if crossings.either is not None:
         either = np.where(crossings.either, crossings.place, -1)
-    return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own, either)
+    stiffness = np.maximum(_STIFFNESS_RATIO, push / _CLEARANCE_SLACK) * k
+    return Limits(rows, crossings.clearance, high, stiffness, push * k, own, either)
 
 
 def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:

@@ -44,7 +44,7 @@ from osm2xodr.geometry.heights.report import (
     tabulate,
 )
 from osm2xodr.geometry.heights.sparse import join_blocks
-from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
+from osm2xodr.geometry.heights.stiffness import Beams, Chains, bridges_above, find_chains, network_stiffness
 from osm2xodr.geometry.heights.superelevation import ease_lane_grades, road_superelevation
 from osm2xodr.model import BoolArray, FloatArray, Surface
 from osm2xodr.system import release_memory
@@ -173,6 +173,8 @@ def _build_model(
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
     flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
+    chains = find_chains(problem, elements)
+    flexibility = flexibility * defaults.LOWER_DECK_FLEXIBILITY ** bridges_above(network, chains, crossings)
     return _Model(
         network,
         reading,
@@ -180,7 +182,7 @@ def _build_model(
         mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
         grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
-        chains=find_chains(problem, elements),
+        chains=chains,
         crossings=crossings,
         meets=meets,
     )

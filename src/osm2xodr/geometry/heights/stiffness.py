@@ -10,11 +10,13 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import runs
 from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.crossings import Crossings, curve_spans
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Network,
     assemble,
     bending_matrices,
+    element_at,
     end_poses,
     tension_matrices,
 )
@@ -23,6 +25,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # A structure goes on over a junction where the cosine of the angle between two arms is below this (30 degrees).
 _STRAIGHT_ON: Final = -0.866
+# Bridges above each other that are counted: four levels are few.
+_MOST_ABOVE: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +82,23 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     loose[chain_of[loose_run]] = True
     # One more for elements on the ground, whose run is -1.
     return Chains(np.r_[chain_of, -1][run], np.r_[sign_of, 1.0][run], loose)
+
+
+def bridges_above(network: Network, chains: Chains, crossings: Crossings) -> IntArray:
+    """Return how many bridges lie one above the other over that which each element belongs to, (E,): 3 at most."""
+    problem, elements, roads = network.problem, network.elements, len(network.problem.end_junction)
+    structure, chain = [], []
+    for curve, s in ((crossings.upper, crossings.upper_s), (crossings.lower, crossings.lower_s)):
+        structure.append(problem.span_structure[curve_spans(problem, curve, s)])
+        own = chains.chain[element_at(elements, np.minimum(curve, roads - 1), s)]
+        chain.append(np.where(curve < roads, own, -1))
+    decks = (structure[0] == Structure.BRIDGE) & (structure[1] == Structure.BRIDGE) & (chain[1] >= 0)
+    upper, lower = chain[0][decks], chain[1][decks]
+    # Elements on the ground, and connecting roads, have the last one's number, -1.
+    above = np.zeros(len(chains.loose) + 1, np.int64)
+    for level in range(1, _MOST_ABOVE + 1):
+        above[lower[above[upper] == level - 1]] = level
+    return above[chains.chain]
 
 
 def _opposite_arms(problem: ProfileProblem, on: BoolArray) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
+from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.junctions.places import street_places
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
@@ -18,6 +19,7 @@ __all__ = [
     "add_turnarounds",
     "choose_u_turns",
     "cut_back_dead_ends",
+    "cut_back_ends_on_streets",
     "cut_roads",
     "draw_loops",
     "find_movements",

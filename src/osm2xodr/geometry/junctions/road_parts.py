@@ -17,8 +17,9 @@ from osm2xodr.geometry.lanes import Piece, Stretch, stretches, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork
 
-# Dead ends at one node lie on each other within the angle of this cosine (70 degrees). A choice.
-_ACUTE_COSINE: Final = 0.34
+# Dead ends at one node lie on each other but where they go on beyond one another within the angle of this cosine (20
+# degrees). A choice.
+_STRAIGHT_ON: Final = 0.94
 # Rings close to this, m and rad.
 _CLOSED: Final = 1e-3
 
@@ -74,7 +75,7 @@ def cut_back_dead_ends(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= _ACUTE_COSINE:
+            if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= -_STRAIGHT_ON:
                 trim[end] = before.trim[end]
                 way = network.streets[end // 2].attributes_at_end(end).osm_way_id
                 text = "it ends on another road, and is cut back to where it is apart"

@@ -1,0 +1,103 @@
+"""Dead ends that lie on the carriageway of another street, without a node in common."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.curves import find_record, lengths, pose, ranks, starts
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outward_pose
+from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
+
+# Places along streets at which it is asked whether a dead end lies on them, and along dead ends, m.
+_SPACING: Final = 4.0
+_STEP: Final = 0.5
+# Dead ends are cut back by this at most, m: across a wide carriageway at a slant. What lies on another street for
+# longer runs along it. And they keep this share of their length. Choices.
+_MOST: Final = 15.0
+_LEAST_SHARE: Final = 0.5
+# Carriageways count as apart from this distance on, m. A choice.
+_GAP: Final = 0.3
+
+
+def cut_back_ends_on_streets(
+    network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, layout: JunctionLayout, diagnostics: Diagnostics
+) -> JunctionLayout:
+    """Cut back dead ends whose middle lies on a street of their layer that they do not meet, and report them.
+
+    Most were meant to join that street, but nothing says so: roads would lie on each other that know nothing of it.
+    """
+    node = ends.node
+    arms = np.bincount(node[node >= 0], minlength=len(network.intersections))
+    free = (node >= 0) & (layout.junction < 0) & ~np.repeat(layout.inner, 2) & (layout.trim == 0)
+    free[free] = arms[node[free]] == 1
+    trim = layout.trim.copy()
+    streets = _Streets(fitted)
+    for end, street in streets.under(ends, np.flatnonzero(free)):
+        if np.isin(node[[2 * street, 2 * street + 1]], node[[end, end ^ 1]]).any():
+            continue
+        u = np.arange(0.0, min(_MOST, _LEAST_SHARE * float(ends.length[end])), _STEP)
+        on = np.zeros(len(u), bool)
+        x, y, hdg = outward_pose(ends, np.full(len(u), end), u)
+        for edge in (float(ends.left[end]), float(ends.right[end])):
+            on |= streets.covers(street, x - edge * np.sin(hdg), y + edge * np.cos(hdg), _GAP)
+        if len(u) and not on[-1]:
+            trim[end] = max(trim[end], u[np.flatnonzero(on)[-1] + 1] if on.any() else 0.0)
+            way = network.streets[end // 2].attributes_at_end(end).osm_way_id
+            text = "it ends on another road without a common node, and is cut back to where it is apart"
+            diagnostics.repaired("lies-on-another", f"way/{way}", text)
+    return replace(layout, trim=trim)
+
+
+class _Streets:
+    """Carriageways of all streets at places along them."""
+
+    def __init__(self, fitted: FittedStreets) -> None:
+        length = lengths(fitted.plan_view)
+        count = np.maximum(np.ceil(length / _SPACING).astype(np.int64), 1) + 1
+        self._first = starts(count.tolist())
+        self.street = np.repeat(np.arange(len(length), dtype=np.int64), count)
+        s = ranks(count) * (length / (count - 1))[self.street]
+        x, y, hdg = pose(fitted.plan_view, self.street, s)
+        self._xy, self._along = np.column_stack([x, y]), np.column_stack([np.cos(hdg), np.sin(hdg)])
+        every = [piece for pieces in fitted.pieces for piece in pieces]
+        begin = np.array([first for first, _, _ in every])
+        piece = find_record(starts([len(pieces) for pieces in fitted.pieces]), begin, self.street, s)
+        self._left = np.array([section.left_edge for _, _, section in every])[piece]
+        self._right = np.array([section.right_edge for _, _, section in every])[piece]
+        self._layer = np.array([attributes.layer for _, attributes, _ in every])[piece]
+
+    def under(self, ends: StreetEnds, found: IntArray) -> list[tuple[int, int]]:
+        """Return the ends, of those asked about, whose middle lies on a street of their layer, and that street."""
+        if not len(found):
+            return []
+        x, y, _ = outward_pose(ends, found, np.zeros(len(found)))
+        reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
+        tree = cKDTree(self._xy)
+        near = [np.array(tree.query_ball_point(at, reach), np.int64) for at in np.column_stack([x, y])]
+        row, place = np.repeat(np.arange(len(found)), [len(places) for places in near]), np.concatenate(near)
+        own = (self.street[place] == found[row] // 2) | (self._layer[place] != ends.layer[found[row]])
+        row, place = row[~own], place[~own]
+        on = self._on(place, x[row], y[row], 0.0)
+        pairs = np.unique(np.column_stack([found[row[on]], self.street[place[on]]]), axis=0)
+        return [(int(end), int(street)) for end, street in pairs]
+
+    def covers(self, street: int, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:
+        """Return which points, (n,), m, lie on a street or nearer to it than a gap, m."""
+        places = np.arange(self._first[street], self._first[street + 1])
+        nearest = places[cKDTree(self._xy[places]).query(np.column_stack([x, y]))[1]]
+        return self._on(nearest, x, y, gap)
+
+    def _on(self, place: IntArray, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:
+        """Return whether points, (n,), m, lie beside places, (n,), within the carriageway widened by a gap, m."""
+        dx, dy = (np.column_stack([x, y]) - self._xy[place]).T
+        cos, sin = self._along[place].T
+        ds, dt = dx * cos + dy * sin, dy * cos - dx * sin
+        beside = np.abs(ds) <= 0.5 * _SPACING + gap
+        out: BoolArray = beside & (dt < self._left[place] + gap) & (dt > self._right[place] - gap)
+        return out

@@ -1,0 +1,60 @@
+"""Dead ends on the carriageway of a street that they do not meet."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from street_cases import Case
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions import cut_back_ends_on_streets
+from osm2xodr.geometry.plan_view.streets import fit_streets
+
+STREET = "highway=secondary width=8"
+
+
+def cut_back(end: tuple[float, float], *, tags: str = "highway=service width=4", way: str = "c d") -> float:
+    """Return by how much a street that ends there is cut back, beside one along x that is 8 m wide, m."""
+    nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (0.0, 60.0), "d": end}
+    stages = Case(nodes, {1: ("a b", STREET), 2: (way, tags)}).stages()
+    diagnostics = Diagnostics()
+    fitted = fit_streets(stages.network, Diagnostics())
+    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, diagnostics)
+    gone = after.trim - stages.layout.trim
+    assert [(item.code, item.osm_id) for item in diagnostics] == [("lies-on-another", "way/2")] * int(gone.any())
+    return float(gone.sum())
+
+
+@pytest.mark.parametrize("way", ["c d", "d c"])
+@pytest.mark.parametrize(("y", "gone"), [(5.0, 0.0), (3.0, 1.3), (0.0, 4.3), (-3.5, 7.8)])
+def test_an_end_on_a_street_is_cut_back_to_its_edge(y: float, gone: float, way: str) -> None:
+    assert cut_back((0.0, y), way=way) == pytest.approx(gone, abs=0.5)
+
+
+def test_at_a_slant_the_farther_edge_counts() -> None:
+    # It comes at 45 degrees, 2 m wide on either side.
+    apart = (4.0 + 0.3 + 2.0 * math.cos(math.pi / 4)) / math.sin(math.pi / 4)
+    assert cut_back((60.0, 0.0)) == pytest.approx(apart, abs=0.6)
+
+
+def test_what_passes_the_street_or_runs_along_it_keeps_its_length() -> None:
+    assert cut_back((0.0, -20.0)) == 0.0
+    nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (-60.0, 1.0), "d": (60.0, 1.0)}
+    stages = Case(nodes, {1: ("a b", STREET), 2: ("c d", "highway=service")}).stages()
+    fitted = fit_streets(stages.network, Diagnostics())
+    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, Diagnostics())
+    assert after.trim.tolist() == stages.layout.trim.tolist()
+
+
+@pytest.mark.parametrize("tags", ["bridge=yes layer=1", "tunnel=yes layer=-1", "layer=-2"])
+def test_ends_above_and_below_a_street_keep_their_length(tags: str) -> None:
+    assert cut_back((0.0, 0.0), tags=f"highway=service width=4 {tags}") == 0.0
+
+
+def test_stubs_of_the_street_itself_are_arms() -> None:
+    nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (0.0, 0.0), "d": (2.0, 3.0)}
+    stages = Case(nodes, {1: ("a c b", STREET), 2: ("c d", "highway=service width=4")}).stages()
+    fitted = fit_streets(stages.network, Diagnostics())
+    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, Diagnostics())
+    assert after.trim.tolist() == stages.layout.trim.tolist()
