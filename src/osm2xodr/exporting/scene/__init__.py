@@ -1,0 +1,1 @@
+"""Roads, ground and buildings as a scene of meshes, in tiles."""
