@@ -53,7 +53,7 @@ def groups_of(faces: LaneFaces) -> IntArray:
 
     Intervals that lie alone have -1.
     """
-    shapes = shapely.polygons(faces.outline[:, :, :2])
+    shapes = sound(shapely.polygons(faces.outline[:, :, :2]))
     one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     kept = (one < other) & ~((faces.road[one] == faces.road[other]) & (other - one == 1))
     one, other = one[kept], other[kept]
@@ -71,6 +71,11 @@ def groups_of(faces: LaneFaces) -> IntArray:
     rows = np.unique(np.concatenate([one, other]))
     out[rows] = np.unique(label[rows], return_inverse=True)[1]
     return out
+
+
+def sound(shapes: FloatArray) -> FloatArray:
+    """Return polygons without those that cross themselves, as faces inside of bends do: their hulls instead."""
+    return np.where(shapely.is_valid(shapes), shapes, shapely.convex_hull(shapes))
 
 
 def _planes(corners: FloatArray) -> FloatArray:
@@ -94,8 +99,7 @@ def cells_of(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntA
     of_face = group[faces.interval]
     rows = np.flatnonzero(of_face >= 0)
     rows = rows[np.argsort(of_face[rows], kind="stable")]
-    shapes = shapely.polygons(faces.corners[rows][:, :, :2])
-    shapes = np.where(shapely.is_valid(shapes), shapes, shapely.convex_hull(shapes))
+    shapes = sound(shapely.polygons(faces.corners[rows][:, :, :2]))
     bounds = np.flatnonzero(np.diff(of_face[rows], prepend=-1, append=-2) != 0)
     order = sorted(range(len(kinds)), key=lambda k: (rank_of(kinds[k]), k))
     found = []

@@ -21,7 +21,6 @@ from osm2xodr.exporting.scene.triangles import (
     split_at_corners,
     steps_between,
     welded,
-    without_degenerate,
 )
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
@@ -49,7 +48,7 @@ def road_surface(file: OpenDrive, tolerance: float, step: float) -> RoadSurface:
         _faces_alone(faces, kind, alone, len(kinds)),
         _common(faces, kind, kinds, group, cells_of(faces, kind, kinds, group)),
     )
-    return _surface(split_at_corners(without_degenerate(soup)), kinds)
+    return _surface(split_at_corners(soup), kinds)
 
 
 def _tag(kind: IntArray, level: IntArray, kinds: int) -> IntArray:
@@ -156,12 +155,20 @@ def _base(heights: _Heights, xy: FloatArray, group: IntArray, middle: FloatArray
     count = np.diff(first)[corner]
     row = np.repeat(np.arange(len(corner)), count)
     at = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + first[corner][row]
-    near = np.abs(z[at] - np.repeat(middle, 3)[row]) < LEVEL_APART
-    row, at = row[near], at[near]
-    number = np.bincount(row, minlength=len(corner))
-    total = np.bincount(row, weights=z[at], minlength=len(corner))
-    mean = np.where(number > 0, total / np.maximum(number, 1), np.repeat(middle, 3))
-    return mean.reshape(-1, 3)
+    # Heights of one level at a place: those without a gap between them.
+    order = np.lexsort((z, place))
+    new = np.ones(len(order), np.bool_)
+    new[1:] = (np.diff(place[order]) != 0) | (np.diff(z[order]) > LEVEL_APART)
+    layer = np.empty(len(order), np.int64)
+    layer[order] = np.cumsum(new) - 1
+    mean = np.bincount(layer, weights=z) / np.bincount(layer)
+    # The level nearest to the cell's own height.
+    away = np.abs(mean[layer[at]] - np.repeat(middle, 3)[row])
+    order = np.lexsort((away, row))
+    best = order[np.diff(row[order], prepend=-1) != 0]
+    out = np.repeat(middle, 3)
+    out[row[best]] = mean[layer[at[best]]]
+    return out.reshape(-1, 3)
 
 
 def _surface(soup: Soup, kinds: tuple[str, ...]) -> RoadSurface:
@@ -222,5 +229,7 @@ def rim_of(surface: RoadSurface) -> Rim:
     matched = back[order[at]] == key
     beyond = np.where(matched, level[order[at]], int(Level.GROUND))
     ground = level == int(Level.GROUND)
-    rows = np.flatnonzero(ground & (~matched | (beyond != int(Level.GROUND))))
+    # Sides of steps within the surface are no rim, but those at its ends join edges of different heights.
+    upright = (surface.vertices[start, :2] == surface.vertices[end, :2]).all(1)
+    rows = np.flatnonzero(ground & ((~matched & ~upright) | (matched & (beyond != int(Level.GROUND)))))
     return Rim(np.column_stack([start[rows], end[rows]]), beyond[rows])

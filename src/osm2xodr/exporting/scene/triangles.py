@@ -52,17 +52,21 @@ def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
     return label[inverse], xy[lead]
 
 
-def without_degenerate(soup: Soup) -> Soup:
-    """Return the triangles that have an area in plan and are counter-clockwise."""
+def without_slivers(soup: Soup) -> Soup:
+    """Return the triangles that are higher than `SAME` in plan, and so counter-clockwise."""
     a, b, c = np.moveaxis(soup.xy[soup.place], 1, 0)
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    p, q, r = soup.place.T
-    return soup.rows(np.flatnonzero((p != q) & (q != r) & (r != p) & (area > GRID * GRID * 1e-3)))
+    twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    longest = np.sqrt(np.max([((p - q) ** 2).sum(1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
+    return soup.rows(np.flatnonzero(twice > SAME * longest))
 
 
 def split_at_corners(soup: Soup) -> Soup:
-    """Return the triangles, split where the corner of another one lies on an edge without a neighbour."""
+    """Return the triangles, split where the corner of another one lies on an edge without a neighbour.
+
+    Triangles as thin as a sliver go first: those beside them have the corner that lay between.
+    """
     for _ in range(_ROUNDS):
+        soup = without_slivers(soup)
         row, side = np.nonzero(~_has_neighbour(soup))
         start, end = soup.place[row, side], soup.place[row, (side + 1) % 3]
         places = np.unique(np.concatenate([start, end]))
@@ -93,7 +97,7 @@ def split_at_corners(soup: Soup) -> Soup:
         if not one.any():
             break
         soup = _split(soup, row[edge[one]], side[edge[one]], place[one], at[one], z[one])
-    return soup
+    return without_slivers(soup)
 
 
 def _heights(soup: Soup, places: IntArray) -> tuple[FloatArray, FloatArray]:
