@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
     )
+    from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
     from osm2xodr.system.limits import (
         LEAST_MEMORY as LEAST_MEMORY,
         TimeLimitError as TimeLimitError,
@@ -59,6 +60,7 @@ __getattr__ = lazy_exports(
             "silence_standard_output",
             "stream_to",
         ),
+        "folders": ("atomic_folder", "check_folder"),
         "limits": (
             "LEAST_MEMORY",
             "TimeLimitError",

@@ -100,4 +100,3 @@ def _outlines(corners: FloatArray, uv: FloatArray, interval: IntArray, count: in
         row = order[np.searchsorted(interval[order], np.arange(count))]
         out[:, side] = corners[row][:, side]
     return out
-

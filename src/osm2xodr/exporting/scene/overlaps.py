@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -16,8 +17,8 @@ from osm2xodr.model import FloatArray, IntArray
 
 # Roads lie on each other where they share more than this, m²: less comes of rounding and of chords side by side.
 _LEAST_OVERLAP: Final = 1e-4
-# Surfaces farther apart in height belong to different levels, m; traffic needs 4 m (`CLEARANCE_LEAST`), and roads that
-# meet are closer. A choice between both.
+# Surfaces farther apart in height belong to different levels, m; traffic needs 4 m (`CLEARANCE_LEAST`), and roads
+# that meet are closer. A choice between both.
 LEVEL_APART: Final = 1.5
 # Coordinates of cut areas are whole multiples of this, m.
 GRID: Final = 1e-3
@@ -103,7 +104,7 @@ def cells_of(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntA
     bounds = np.flatnonzero(np.diff(of_face[rows], prepend=-1, append=-2) != 0)
     order = sorted(range(len(kinds)), key=lambda k: (rank_of(kinds[k]), k))
     found = []
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+    for low, high in pairwise(bounds.tolist()):
         for area, of in _areas(shapes[low:high], kind[rows[low:high]], order):
             found.append((area, of, int(of_face[rows[low]])))
     if not found:

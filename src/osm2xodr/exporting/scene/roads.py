@@ -144,10 +144,8 @@ def _common(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntAr
 
 
 def _base(heights: _Heights, xy: FloatArray, group: IntArray, middle: FloatArray) -> FloatArray:
-    """Return the mean height of the roads at the corners of triangles, (n, 3), of those near the cell's own height."""
-    unique, corner = np.unique(
-        np.column_stack([xy.reshape(-1, 2), np.repeat(group, 3)]), axis=0, return_inverse=True
-    )
+    """Return the mean height of the roads at the corners of triangles, (n, 3), at the level of their cell."""
+    unique, corner = np.unique(np.column_stack([xy.reshape(-1, 2), np.repeat(group, 3)]), axis=0, return_inverse=True)
     corner = corner.ravel()
     place, _, z = heights.at(unique[:, :2], unique[:, 2].astype(np.int64), SAME)
     # All pairs of corners of triangles and faces.

@@ -132,7 +132,7 @@ def _split(soup: Soup, row: IntArray, side: IntArray, place: IntArray, at: Float
 
 
 def welded(soup: Soup) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the vertex of each corner, (n, 3), and x, y, z and uv of vertices: heights close to each other are one."""
+    """Return the vertex of each corner, (n, 3), and x, y, z and uv of vertices; close heights are one."""
     place, z = soup.place.ravel(), soup.z.ravel()
     order = np.lexsort((z, place))
     new = np.ones(len(order), np.bool_)
