@@ -8,6 +8,7 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
+from osm2xodr.model.buildings import Building
 from osm2xodr.model.corrections import EVERY_LANE, Corrections, NodeCorrection, WayCorrection, applied, unused
 from osm2xodr.model.furniture import (
     Controller,
@@ -95,6 +96,7 @@ __all__ = [
     "BoolArray",
     "BorderEnd",
     "Borders",
+    "Building",
     "BusStop",
     "Connection",
     "Controller",

@@ -6,15 +6,17 @@ need no overlay, and the triangles of the ground have the very corners of the ro
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from scipy.spatial import cKDTree
 
 from osm2xodr.exporting.scene.ground.cells import Cells, on_the_left
-from osm2xodr.exporting.scene.ground.defaults import CELL
 from osm2xodr.model import FloatArray, IntArray
+
+ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
 # Corners of squares per line across the band.
 _PER_SPOKE: Final = 3
@@ -108,7 +110,7 @@ class _Places:
         return out
 
 
-def _key(xy: FloatArray) -> FloatArray:
+def _key(xy: FloatArray) -> ComplexArray:
     """Return complex numbers, which are in order by x, then y."""
     # Not -0.0, which is in the same place.
     return np.ascontiguousarray(xy + 0.0).view(np.complex128).ravel()

@@ -123,8 +123,8 @@ def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: Float
     """Return what bounds the height of the ground: edges (n, 2, 3), and points of bridges and in tunnels."""
     portal = beyond == Level.TUNNEL
     meet, over = (along_edges(rows[:, 0], rows[:, 1]) for rows in (edges[~portal], edges[portal]))
-    over = np.concatenate([over, below + (0.0, 0.0, TUNNEL_COVER)])
-    under = above - (0.0, 0.0, BRIDGE_DEPTH)
+    over = np.concatenate([over, _raised(below, TUNNEL_COVER)])
+    under = _raised(above, -BRIDGE_DEPTH)
     count = [len(meet), len(over), len(under)]
     return Limits(
         np.concatenate([meet, over, under]),
@@ -146,10 +146,16 @@ def _lintels(over: FloatArray, road: FloatArray) -> tuple[FloatArray, IntArray]:
 
     `over` and `road`, (n, 2, 3), are edges of the ground and of the road below, which is on their left.
     """
-    low = road + (0.0, 0.0, TUNNEL_OPENING)
+    low = _raised(road, TUNNEL_OPENING)
     quads = np.stack([over[:, 0], over[:, 1], low[:, 1], low[:, 0]], 1)
     first = 4 * np.arange(len(quads))[:, None]
-    return quads.reshape(-1, 3), (first + [0, 1, 2, 0, 2, 3]).reshape(-1, 3)
+    return quads.reshape(-1, 3), (first + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
+
+
+def _raised(points: FloatArray, by: float) -> FloatArray:
+    """Return points higher by some metres."""
+    out: FloatArray = points + np.array([0.0, 0.0, by])
+    return out
 
 
 def _part(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: IntArray | None) -> Part:

@@ -89,19 +89,17 @@ def _closed(blocks: BoolArray, largest: int) -> BoolArray:
     return out
 
 
-def _near(
-    rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row: int, ground: BoolArray
-) -> BoolArray:
+def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row: int, ground: BoolArray) -> BoolArray:
     """Return which squares have a road on them or come too close to one."""
     out = np.zeros(ground.shape, np.bool_)
     # Half a sample lies between a point of an edge and the next one.
     off = KEEP_OFF + 0.5 * SAMPLE
     for dx in (-off, 0.0, off):
         for dy in (-off, 0.0, off):
-            at = np.floor((rim + (dx, dy)) / CELL).astype(np.int64) - (column, row)
+            at = np.floor((rim + np.array([dx, dy])) / CELL).astype(np.int64) - (column, row)
             out[at[:, 1], at[:, 0]] = True
     # The squares at rims part those on roads from those beside them.
-    label, count = ndimage.label(~out)
+    label, _ = ndimage.label(~out)
     first = np.unique(label, return_index=True)[1]
     rows, columns = np.divmod(first, ground.shape[1])
     middle = CELL * (np.column_stack([columns + column, rows + row]) + 0.5)

@@ -27,6 +27,9 @@ WALL_HEIGHT: Final = 0.5
 # 0.5 m each for signs and the ceiling.
 TUNNEL_OPENING: Final = 5.0
 TUNNEL_COVER: Final = 5.5
+# Tunnels whose road lies less than this below the ground, m, are passages or galleries: half of their opening, as
+# elevation models may be off by some metres.
+COVERED: Final = 2.5
 # From the road of a bridge down to the ground below at least, m: its deck of 1 m, and a little.
 BRIDGE_DEPTH: Final = 1.2
 # Largest distance between points that stand for edges and faces of roads, m. A fifth of a square.

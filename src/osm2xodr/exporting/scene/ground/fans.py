@@ -28,9 +28,9 @@ def raised_triangles(
 ) -> tuple[IntArray, IntArray]:
     """Return triangles (n, 3) of points instead of places, and the walls between split fans (k, 3) likewise.
 
-    Triangles consist of places; `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2), are
-    edges of points that have the road on their left: those that the ground has to meet. Places without an edge have
-    one point.
+    Triangles consist of places; `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2),
+    are edges of points that have the road on their left: those that the ground has to meet. Places without an edge
+    have one point.
     """
     point = np.zeros(int(place.max()) + 1, np.int64)
     # The last one stays; of a place that ground stands at in two heights it is replaced below.

@@ -70,8 +70,9 @@ def leaf_triangles(cells: Cells, sizes: IntArray, z: FloatArray) -> IntArray:
         row, column = np.nonzero(at)
         first = ((row + cells.row) % size == 0) & ((column + cells.column) % size == 0)
         found.append(_of_size(size, row[first], column[first], sizes, z))
-    out = np.concatenate(found)
-    return out[np.isfinite(z.ravel()[out]).all(1)]
+    triangles = np.concatenate(found)
+    out: IntArray = triangles[np.isfinite(z.ravel()[triangles]).all(1)]
+    return out
 
 
 def _of_size(size: int, row: IntArray, column: IntArray, sizes: IntArray, z: FloatArray) -> IntArray:
@@ -110,4 +111,5 @@ def _halves(corner: IntArray, size: int, stride: int, z: FloatArray) -> IntArray
     with np.errstate(invalid="ignore"):
         rising = np.abs(height[south_west] - height[north_east]) <= np.abs(height[south_east] - height[north_west])
     quads = np.column_stack([south_west, south_east, north_east, north_west])
-    return np.concatenate([quads[rising][:, [0, 1, 2, 0, 2, 3]], quads[~rising][:, [0, 1, 3, 1, 2, 3]]]).reshape(-1, 3)
+    halves = np.concatenate([quads[rising][:, [0, 1, 2, 0, 2, 3]], quads[~rising][:, [0, 1, 3, 1, 2, 3]]])
+    return np.reshape(halves, (-1, 3))

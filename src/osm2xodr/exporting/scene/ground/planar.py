@@ -34,10 +34,10 @@ def planar_edges(points: FloatArray, edges: IntArray) -> tuple[FloatArray, IntAr
     u = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
     v = (off[:, 0] * d[:, 1] - off[:, 1] * d[:, 0]) / cross
     place = a + u[:, None] * d
-    for share, line in ((u, one), (v, other)):
+    for shares, rows in ((u, one), (v, other)):
         for end in (0, 1):
-            at = np.abs(share - end) < _AT_END
-            place[at] = xy[edges[line[at], end]]
+            at = np.flatnonzero(np.abs(shares - end) < _AT_END)
+            place[at] = xy[edges[rows[at], end]]
     line, share = np.concatenate([one, other]), np.concatenate([u, v])
     inner = (share > _AT_END) & (share < 1.0 - _AT_END)
     line, share, place = line[inner], share[inner], np.concatenate([place, place])[inner]
