@@ -33,7 +33,7 @@ from osm2xodr.system import label
 
 
 # Options of scenes, and those of single files: each is refused with the other.
-_OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "tile", "carla")
+_OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "osm", "tile", "carla")
 _OF_FILES: Final = ("layers", "projector")
 
 
@@ -47,7 +47,7 @@ Examples:
   osm2xodr export area.xodr -o area.glb
   osm2xodr export area.xodr -o area.obj --up y
   osm2xodr export area.xodr --to lanelet2 -o map/lanelet2_map.osm --projector mgrs
-  osm2xodr export area.xodr --scene scene --dem dem.tif
+  osm2xodr export area.xodr --scene scene --dem dem.tif --osm area.osm
 
 GeoJSON is in WGS 84 with heights, for QGIS and web maps. OBJ and glTF hold the surface of the lanes in metres, with
 one material per type of lane; z is up in OBJ unless --up says otherwise, y is always up in glTF. OBJ comes with a
@@ -79,6 +79,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 )
 @dem_option("Elevation models for the ground of a scene")
 @declared_options(("dem_crs", "dem_unit"))
+@click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file whose buildings a scene has.")
 @click.option("--tile", type=float, metavar="M", help="Width of a scene's tiles.  [default: 500; 2000 for CARLA]")
 @click.option("--carla", metavar="NAME", help="Name tiles as CARLA's importer wants those of the large map NAME.")
 @click.option(
