@@ -75,7 +75,8 @@ def test_a_plane_is_cut_and_filled_by_one_to_two(level: float, wanted: list[floa
 
 def test_a_hill_is_itself_away_from_roads() -> None:
     def hill(x: FloatArray, y: FloatArray) -> FloatArray:
-        return 20.0 + 30.0 * np.exp(-((x - 100.0) ** 2 + (y - 70.0) ** 2) / 800.0)
+        out: FloatArray = 20.0 + 30.0 * np.exp(-((x - 100.0) ** 2 + (y - 70.0) ** 2) / 800.0)
+        return out
 
     surface = strips(straight(LONG))
     ground = made(surface, hill)

@@ -95,7 +95,7 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
         better = wanted[node] & (worth > reached[node]) & ((worth > 0.0) | (off < CLASH_REACH))
         # An edge does not reach across its own road.
         better &= dx * nx[point] + dy * ny[point] >= 0.0
-        at = node[better]
+        at: IntArray = node[better]
         best[at], reached[at], away[at] = point[better], worth[better], off[better]
         return at
 
