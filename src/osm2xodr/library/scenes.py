@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -20,8 +20,8 @@ from osm2xodr.library.options import paths
 from osm2xodr.surface import SurfaceOptions, expand
 
 if TYPE_CHECKING:
-    from osm2xodr.model import FloatArray
-    from osm2xodr.opendrive import OpenDrive
+    from osm2xodr.model import Building, FloatArray
+    from osm2xodr.opendrive import Frame, OpenDrive
     from osm2xodr.surface import DemSurface
 
 SCENE_FORMATS: Final = ("glb", "obj")
@@ -43,6 +43,7 @@ def export_scene(
     dem: AnyPath | Iterable[AnyPath] = (),
     dem_crs: str | None = None,
     dem_unit: str | None = None,
+    osm: AnyPath | None = None,
     format: str = SCENE_FORMATS[0],
     up: str | None = None,
     tile: float | None = None,
@@ -64,6 +65,8 @@ def export_scene(
         ground is a strip beside the roads.
     dem_crs, dem_unit
         CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
+    osm
+        OpenStreetMap file whose buildings the scene has.
     format
         ``glb`` or ``obj``.
     up
@@ -110,7 +113,7 @@ def export_scene(
     models = expand(paths(dem))
     diagnostics = Diagnostics()
     ground = _ground(drive, models, SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit), diagnostics)
-    scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], size)
+    scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _buildings(drive, osm), size)
     owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
     owed += [] if ground is None else [item.attribution for item in ground[1].dems]
     credits = list(dict.fromkeys(value.strip() for value in owed if value.strip()))
@@ -166,6 +169,19 @@ def _ground(
         return np.where(measured, z, np.nan) - frame.offset[2]
 
     return height, surface
+
+
+def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building], Frame] | None:
+    """Return the buildings of an OpenStreetMap file and the frame of the roads; None without a file."""
+    if osm is None:
+        return None
+    from osm2xodr.opendrive import frame_of
+    from osm2xodr.osmParsing import read_buildings
+
+    frame, why = frame_of(file.header)
+    if frame is None:
+        raise InputError(f"{file.path}: {why}; leave the buildings out")
+    return read_buildings(Path(osm))[0], frame
 
 
 def _around(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.ground import build_ground
+from osm2xodr.exporting.scene.buildings import building_parts
+from osm2xodr.exporting.scene.ground import build_ground, on_the_ground, passages
 from osm2xodr.exporting.scene.marks import mark_parts
 from osm2xodr.exporting.scene.materials import lane_part
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
@@ -16,8 +17,8 @@ from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
 from osm2xodr.exporting.scene.things import thing_parts
-from osm2xodr.model import FloatArray
-from osm2xodr.opendrive import OpenDrive
+from osm2xodr.model import Building, FloatArray
+from osm2xodr.opendrive import Frame, OpenDrive
 
 # Scenes farther from the file's origin count from an origin of their own, m, on a grid of this width, m: single
 # precision resolves a millimetre up to there. Those of `osm2xodr.exporting.mesh`.
@@ -36,7 +37,14 @@ class Scene:
     notes: tuple[str, ...]  # Sentences about what the scene has not
 
 
-def make_scene(file: OpenDrive, tolerance: float, step: float, height: Height | None, tile: float) -> Scene:
+def make_scene(
+    file: OpenDrive,
+    tolerance: float,
+    step: float,
+    height: Height | None,
+    buildings: tuple[Sequence[Building], Frame] | None,
+    tile: float,
+) -> Scene:
     """Return the scene of a file.
 
     Parameters
@@ -48,6 +56,8 @@ def make_scene(file: OpenDrive, tolerance: float, step: float, height: Height | 
     height
         Heights of the ground (n,), m, at inertial x, y (n,), m, NaN where unknown; None without elevation model: the
         ground is a strip beside roads then, and bridges have no piers.
+    buildings
+        Buildings, and what turns their places into inertial ones; None for none.
     tile
         Width of tiles, m.
 
@@ -57,6 +67,8 @@ def make_scene(file: OpenDrive, tolerance: float, step: float, height: Height | 
         No lane has a surface.
     """
     surface = road_surface(file, tolerance, step)
+    passage = np.zeros(len(surface.faces), np.bool_) if height is None else passages(surface, height)
+    surface = on_the_ground(surface, passage)
     ground = build_ground(surface, rim_of(surface), height, tile)
     heights = SurfaceHeights(surface)
     parts = [
@@ -69,10 +81,28 @@ def make_scene(file: OpenDrive, tolerance: float, step: float, height: Height | 
     notes = []
     if ground.unknown > 0:
         notes.append(f"no elevation model knows {ground.unknown:,.0f} m² around roads: there is no ground there")
+    if buildings is not None:
+        built = building_parts(*buildings, surface, passage, ground)
+        parts += built.parts
+        notes.append(_sentence(built.ids))
     sound = [clean for part in parts if len((clean := _sound(part)).faces)]
     if not sound:
         raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
     return Scene(tuple(sound), _origin(surface.vertices), tuple(notes))
+
+
+def _sentence(ids: Mapping[str, Sequence[str]]) -> str:
+    """Return what is to say about buildings, by the OSM ids of those that something befell."""
+    words = {
+        "guessed": "of a guessed height",
+        "flat": "with a flat roof instead of their own",
+        "clipped": "cut where roads are",
+        "repaired": "of repaired outlines",
+        "on_roads": "left out on roads",
+        "off_ground": "left out where there is no ground",
+    }
+    rest = [f"{len(ids[key]):,} {text}" for key, text in words.items() if ids.get(key)]
+    return f"{len(ids.get('drawn', ())):,} buildings" + (f": {', '.join(rest)}" if rest else "")
 
 
 def surface_parts(surface: RoadSurface) -> list[Part]:
