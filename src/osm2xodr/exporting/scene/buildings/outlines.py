@@ -67,6 +67,8 @@ def footprints_of(
     Outlines whose parts cover them stand for nothing.
     """
     rows, outlines = _outlines(buildings, frame, found)
+    if not rows:
+        return []
     outlines = _without_parts(buildings, rows, outlines)
     roads = _Roads(surface, passage)
     area, road = roads.at(outlines)

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.exporting.scene.ground.band import band_triangles
-from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around
+from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
 from osm2xodr.exporting.scene.ground.defaults import (
     APRON,
     BRIDGE_DEPTH,
     CELL,
     DETAILS,
+    LEAST_AREA,
     REACH,
     TUNNEL_COVER,
     TUNNEL_OPENING,
@@ -42,7 +43,7 @@ class Ground:
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the height of the ground at x, y (n,), m; NaN beyond it.
 
-        It is that between the corners of the smallest squares, also where a road is.
+        It is that between the corners of the smallest squares; on roads that of their edges.
         """
         rows, columns = self.z.shape
         column, row = x / CELL - self.cells.column, y / CELL - self.cells.row
@@ -77,14 +78,14 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
     vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
     places = np.concatenate([place, len(xy) + np.arange(len(x))])
     band, walls = raised_triangles(band_triangles(cells, xy, flat), vertices, places, edges)
-    band, walls = (faces[np.isfinite(vertices[faces, 2]).all(1)] for faces in (band, walls))
+    band, walls = (_usable(faces, vertices) for faces in (band, walls))
     steep = _steep(vertices[band])
     parts = []
     for detail in range(DETAILS):
         leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
         faces = np.concatenate([band[~steep], leaves])
         parts.append(_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail)))
-    portal = beyond == Level.TUNNEL
+    portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
     lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
@@ -113,24 +114,42 @@ def _edge_points(surface: RoadSurface, rim: Rim, known: Height) -> tuple[FloatAr
 
 
 def _points_of(surface: RoadSurface, level: Level) -> FloatArray:
-    """Return points all over the roads of a level, (n, 3), m."""
+    """Return points all over the roads of a level, (n, 3), m: along their edges, and at corners of squares."""
     corners = surface.vertices[surface.faces[surface.level == level]]
     ends = np.roll(corners, -1, axis=1)
-    return along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), CELL / 2)
+    edges, _ = along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), CELL / 2)
+    return np.concatenate([edges, nodes_within(corners)])
 
 
 def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: FloatArray) -> Limits:
     """Return what bounds the height of the ground: edges (n, 2, 3), and points of bridges and in tunnels."""
-    portal = beyond == Level.TUNNEL
-    meet, over = (along_edges(rows[:, 0], rows[:, 1]) for rows in (edges[~portal], edges[portal]))
-    over = np.concatenate([over, _raised(below, TUNNEL_COVER)])
-    under = _raised(above, -BRIDGE_DEPTH)
-    count = [len(meet), len(over), len(under)]
+    rim, edge = along_edges(edges[:, 0], edges[:, 1])
+    along = edges[:, 1, :2] - edges[:, 0, :2]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])[edge]
+    count = [len(rim), len(below), len(above)]
     return Limits(
-        np.concatenate([meet, over, under]),
+        np.concatenate([rim, _raised(below, TUNNEL_COVER), _raised(above, -BRIDGE_DEPTH)]),
+        np.concatenate([normal, np.zeros((count[1] + count[2], 2))]),
         np.repeat([True, True, False], count),
-        np.repeat([True, False, True], count),
+        # The ground above a portal may be higher.
+        np.concatenate([beyond[edge] != Level.TUNNEL, np.repeat([False, True], count[1:])]),
     )
+
+
+def _usable(faces: IntArray, vertices: FloatArray) -> IntArray:
+    """Return the triangles whose corners are all known, and not on one line."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    # An area that is not known is not larger either.
+    out: IntArray = faces[area > LEAST_AREA]
+    return out
+
+
+def _met(edges: IntArray, triangles: IntArray) -> BoolArray:
+    """Return which edges, the road on their left, have a triangle of the ground on their right."""
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    total = int(max(edges.max(initial=0), triangles.max(initial=0))) + 1
+    return np.isin(edges[:, 1] * total + edges[:, 0], start * total + end)
 
 
 def _steep(corners: FloatArray) -> BoolArray:

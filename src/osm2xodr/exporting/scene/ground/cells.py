@@ -44,13 +44,39 @@ class Cells:
         return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
 
 
-def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> FloatArray:
-    """Return points along edges between points (n, 2 or 3), both ends among them, at most `step` apart, m."""
+def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> tuple[FloatArray, IntArray]:
+    """Return points along edges between points (n, 2 or 3), both ends among them, and the edge of each.
+
+    They are at most `step` apart, m.
+    """
     count = np.maximum(np.ceil(np.hypot(*(end - start)[:, :2].T) / step), 1).astype(np.int64)
     at = ranks(count + 1) / np.repeat(count, count + 1)
     edge = np.repeat(np.arange(len(start)), count + 1)
     # Ends are exact.
     out: FloatArray = start[edge] * (1.0 - at)[:, None] + end[edge] * at[:, None]
+    return out, edge
+
+
+def nodes_within(triangles: FloatArray) -> FloatArray:
+    """Return the points of triangles (n, 3, 3) that lie above or below corners of squares, (k, 3), m."""
+    low = np.ceil(triangles[:, :, :2].min(1) / CELL).astype(np.int64)
+    count = np.floor(triangles[:, :, :2].max(1) / CELL).astype(np.int64) - low + 1
+    many = np.maximum(count, 0).prod(1)
+    of = np.repeat(np.arange(len(triangles)), many)
+    row, column = np.divmod(ranks(many), count[of, 0])
+    at = CELL * (low[of] + np.column_stack([column, row]))
+    a, b, c = (triangles[of, k] for k in range(3))
+    # Twice the areas opposite of the corners.
+    parts = np.column_stack([_turn(b, c, at), _turn(c, a, at), _turn(a, b, at)])
+    total = parts.sum(1)
+    kept = (parts >= 0.0).all(1) & (total > 0.0)
+    z = (parts * np.column_stack([a[:, 2], b[:, 2], c[:, 2]])).sum(1)[kept] / total[kept]
+    return np.column_stack([at[kept], z])
+
+
+def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return twice the areas of triangles in plan, positive where they are counter-clockwise."""
+    out: FloatArray = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return out
 
 
@@ -60,7 +86,7 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     `start` and `end`, (n, 2), are those of the rim's edges, which have the road on their left, m; `others`, (k, 2),
     are points of roads that are not on the ground.
     """
-    rim = along_edges(start, end)
+    rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
     size = CELL * BLOCK
     margin = int(np.ceil(reach / size)) + 2
@@ -125,10 +151,3 @@ def on_the_left(points: FloatArray, start: FloatArray, end: FloatArray) -> BoolA
             right = x0 + (y - y0) / (y1 - y0) * (x1 - x0) > x
         out[part] = (np.where(beside & right, up, 0)).sum(1) > 0
     return out
-
-
-def node_of(cells: Cells, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return row and column of the corner next to points (n,), m, as far as there are any."""
-    rows, columns = cells.nodes
-    column = np.clip(np.rint(x / CELL).astype(np.int64) - cells.column, 0, columns - 1)
-    return np.clip(np.rint(y / CELL).astype(np.int64) - cells.row, 0, rows - 1), column

@@ -34,3 +34,5 @@ COVERED: Final = 2.5
 BRIDGE_DEPTH: Final = 1.2
 # Largest distance between points that stand for edges and faces of roads, m. A fifth of a square.
 SAMPLE: Final = 1.0
+# Triangles with less area are none, m²: a millimetre times two. A choice.
+LEAST_AREA: Final = 1e-6

@@ -36,7 +36,7 @@ def passages(surface: RoadSurface, height: Height) -> BoolArray:
     area = np.where(np.isfinite(above), np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), 0.0)
     total = np.bincount(tunnel, weights=area)
     mean = np.bincount(tunnel, weights=area * np.nan_to_num(above)) / np.maximum(total, 1e-9)
-    out[rows] = (mean < COVERED)[tunnel]
+    out[rows] = ((mean < COVERED) & (total > 0.0))[tunnel]
     return out
 
 

@@ -35,9 +35,9 @@ def planar_edges(points: FloatArray, edges: IntArray) -> tuple[FloatArray, IntAr
     v = (off[:, 0] * d[:, 1] - off[:, 1] * d[:, 0]) / cross
     place = a + u[:, None] * d
     for shares, rows in ((u, one), (v, other)):
-        for end in (0, 1):
-            at = np.flatnonzero(np.abs(shares - end) < _AT_END)
-            place[at] = xy[edges[rows[at], end]]
+        for side in (0, 1):
+            at = np.flatnonzero(np.abs(shares - side) < _AT_END)
+            place[at] = xy[edges[rows[at], side]]
     line, share = np.concatenate([one, other]), np.concatenate([u, v])
     inner = (share > _AT_END) & (share < 1.0 - _AT_END)
     line, share, place = line[inner], share[inner], np.concatenate([place, place])[inner]

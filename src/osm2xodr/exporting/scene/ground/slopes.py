@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.exporting.scene.ground.cells import Cells, node_of
-from osm2xodr.exporting.scene.ground.defaults import APRON, CLASH_REACH, SLOPE
-from osm2xodr.model import BoolArray, FloatArray
+from osm2xodr.exporting.scene.ground.cells import Cells
+from osm2xodr.exporting.scene.ground.defaults import APRON, CELL, CLASH_REACH, SLOPE
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Corrections spread by one corner a round: by 300 m at most.
 _ROUNDS: Final = 60
@@ -29,6 +29,7 @@ class Limits:
     """Points that bound the height of the ground around them."""
 
     xyz: FloatArray  # (n, 3) m
+    normal: FloatArray  # (n, 2) Direction toward the ground that is meant; 0, 0 if it is all around
     # (n,) Whether the ground may not be lower, and not be higher there
     lower: BoolArray
     upper: BoolArray
@@ -48,8 +49,8 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
         away, nearest = tree.query(np.column_stack([x[unknown], y[unknown]]), distance_upper_bound=APRON)
         out[unknown] = np.append(limits.xyz[:, 2], np.nan)[np.where(np.isfinite(away), nearest, -1)]
     wanted = limits.xyz[:, 2] - np.where(np.isnan(base_at), limits.xyz[:, 2], base_at)
-    low, low_away = _bound(cells, limits.xyz, np.where(limits.lower, wanted, np.nan))
-    high, high_away = _bound(cells, limits.xyz, np.where(limits.upper, -wanted, np.nan))
+    low, low_away = _bound(cells, limits, np.where(limits.lower, wanted, np.nan))
+    high, high_away = _bound(cells, limits, np.where(limits.upper, -wanted, np.nan))
     high = -high
     correction = np.clip(0.0, low, np.maximum(low, high))
     clash = low > high
@@ -58,50 +59,72 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
     share = low_away / np.maximum(low_away + high_away, 1e-9)
     low, high = low + SLOPE * low_away, high - SLOPE * high_away
     correction[clash] = low + share * (high - low)
-    filled: FloatArray = out + correction
-    return filled
+    out += correction
+    _on_roads(cells, limits, out)
+    return out
 
 
-def _bound(cells: Cells, xyz: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _on_roads(cells: Cells, limits: Limits, z: FloatArray) -> None:
+    """Give corners on roads the height of the nearest edge."""
+    x, y = cells.node_xy()
+    row, column = np.nonzero(_nodes_of(cells.near))
+    rim = np.flatnonzero(limits.normal.any(1))
+    at = np.column_stack([x[row, column], y[row, column]])
+    nearest = rim[cKDTree(limits.xyz[rim, :2]).query(at)[1]]
+    inside = ((at - limits.xyz[nearest, :2]) * limits.normal[nearest]).sum(1) < 0.0
+    z[row[inside], column[inside]] = limits.xyz[nearest[inside], 2]
+
+
+def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the greatest of all values (n,) less the slope times the distance, at all corners, and that distance.
 
     Where no point is known to reach, -inf and inf.
     """
     x, y = (axis.ravel() for axis in cells.node_xy())
     known = np.flatnonzero(np.isfinite(value))
-    px, py, values = xyz[known, 0], xyz[known, 1], value[known]
+    (px, py), values, (nx, ny) = limits.xyz[known, :2].T, value[known], limits.normal[known].T
     best, reached = np.full(len(x), _NONE), np.full(len(x), -np.inf)
     away = np.full(len(x), np.inf)
-    row, column = node_of(cells, px, py)
+    wanted = _nodes_of(cells.ground).ravel()
+
+    def offer(node: IntArray, point: IntArray) -> IntArray:
+        """Give corners (n,), each once, a point if it is better than what they have; return those that took it."""
+        dx, dy = x[node] - px[point], y[node] - py[point]
+        off = np.hypot(dx, dy)
+        worth = values[point] - SLOPE * off
+        better = wanted[node] & (worth > reached[node]) & ((worth > 0.0) | (off < CLASH_REACH))
+        # An edge does not reach across its own road.
+        better &= dx * nx[point] + dy * ny[point] >= 0.0
+        at: IntArray = node[better]
+        best[at], reached[at], away[at] = point[better], worth[better], off[better]
+        return at
+
     stride = cells.nodes[1]
-    node, off = row * stride + column, np.hypot(px - x[row * stride + column], py - y[row * stride + column])
-    # Each corner with points next to it begins with the best of them: the last one that is written stays.
-    order = np.argsort(values - SLOPE * off, kind="stable")
-    node, off = node[order], off[order]
-    best[node], reached[node], away[node] = order, values[order] - SLOPE * off, off
-    wanted = _nodes_of(cells).ravel()
-    fresh = np.unique(node)
+    row, column = (np.floor(axis / CELL).astype(np.int64) for axis in (py, px))
+    first = (row - cells.row) * stride + column - cells.column
+    seeds = [np.zeros(0, np.int64)]
+    for step in (0, 1, stride, stride + 1):
+        point = np.arange(len(first))
+        while len(point):
+            # Of several points at one corner, one after the other.
+            node, at = np.unique(first[point] + step, return_index=True)
+            seeds.append(offer(node, point[at]))
+            point = np.delete(point, at)
+    fresh = np.unique(np.concatenate(seeds))
     for _ in range(_ROUNDS):
         if not len(fresh):
             break
-        offered, changed = best[fresh], []
-        for step in (dy * stride + dx for dy, dx in _NEIGHBOURS):
-            # No corner in the outermost rows and columns is wanted.
-            to = fresh + step
-            off = np.hypot(x[to] - px[offered], y[to] - py[offered])
-            worth = values[offered] - SLOPE * off
-            better = wanted[to] & (worth > reached[to]) & ((worth > 0.0) | (off < CLASH_REACH))
-            at = to[better]
-            best[at], reached[at], away[at] = offered[better], worth[better], off[better]
-            changed.append(at)
+        offered = best[fresh]
+        # No corner in the outermost rows and columns is wanted.
+        changed = [offer(fresh + dy * stride + dx, offered) for dy, dx in _NEIGHBOURS]
         fresh = np.unique(np.concatenate(changed))
     return reached.reshape(cells.nodes), away.reshape(cells.nodes)
 
 
-def _nodes_of(cells: Cells) -> BoolArray:
-    """Return which corners belong to squares with ground, (rows + 1, columns + 1)."""
-    out = np.zeros(cells.nodes, np.bool_)
+def _nodes_of(squares: BoolArray) -> BoolArray:
+    """Return which corners belong to any of some squares, (rows + 1, columns + 1)."""
+    out = np.zeros((squares.shape[0] + 1, squares.shape[1] + 1), np.bool_)
     for rows in (slice(None, -1), slice(1, None)):
         for columns in (slice(None, -1), slice(1, None)):
-            out[rows, columns] |= cells.ground
+            out[rows, columns] |= squares
     return out
