@@ -121,7 +121,7 @@ def cells_of(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntA
 def _areas(shapes: FloatArray, kind: IntArray, order: Sequence[int]) -> Iterator[tuple[FloatArray, int]]:
     """Yield the cells of each kind of one group of faces."""
     here = [k for k in order if (kind == k).any()]
-    whole = {k: shapely.union_all(shapes[kind == k], grid_size=GRID) for k in here}
+    whole = {k: _areas_only(shapely.set_precision(shapely.union_all(shapes[kind == k]), GRID)) for k in here}
     shown = _shown([whole[k] for k in here])
     lines = [shapely.boundary(area) for area in shown]
     total = shapely.union_all(shown, grid_size=GRID)
@@ -148,7 +148,10 @@ def _shown(whole: Sequence[shapely.Geometry]) -> list[shapely.Geometry]:
         shown.append(kept)
         covered = shapely.union_all([covered, area], grid_size=GRID)
     rings = [ring for part in shapely.get_parts(covered) for ring in part.interiors]
-    gaps = [gap for gap in map(shapely.Polygon, rings) if shapely.buffer(gap, -_SLIVER).is_empty]
+    holes = shapely.polygons(rings) if rings else np.zeros(0, object)
+    # What vanishes when shrunk has no more area than its rim takes with it.
+    holes = holes[shapely.area(holes) <= _SLIVER * shapely.length(holes)]
+    gaps = holes[shapely.is_empty(shapely.buffer(holes, -_SLIVER))]
     first = shapely.union_all([whole[0], *crumbs, *gaps], grid_size=GRID)
     return [_areas_only(first), *shown]
 
