@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from osm_builder import LAT_0, LAT_PER_METRE, LON_0, LON_PER_METRE, Area
 
-from osm2xodr.model import Building
+from osm2xodr.model import Building, FloatArray
 from osm2xodr.osmParsing import read_buildings
 
 NODES = {1: (0.0, 0.0), 2: (20.0, 0.0), 3: (20.0, 10.0), 4: (0.0, 10.0)} | {
@@ -22,8 +22,9 @@ def read(tmp_path: Path, area: Area) -> tuple[tuple[Building, ...], tuple[str, .
     return read_buildings(area.write(tmp_path))
 
 
-def metres(outline: np.ndarray) -> list[list[float]]:
-    return np.rint((outline - (LON_0, LAT_0)) / (LON_PER_METRE, LAT_PER_METRE)).tolist()
+def metres(outline: FloatArray) -> list[list[float]]:
+    out: list[list[float]] = np.rint((outline - (LON_0, LAT_0)) / (LON_PER_METRE, LAT_PER_METRE)).tolist()
+    return out
 
 
 def test_ways_have_heights_and_roofs(tmp_path: Path) -> None:

@@ -36,7 +36,8 @@ def places(corners: Sequence[tuple[float, float]]) -> FloatArray:
 
 def box(west: float, south: float, east: float, north: float, **tags: Any) -> Building:
     outline = places([(west, south), (east, south), (east, north), (west, north)])
-    return Building("way/1", outline, (), **{"kind": "yes", "is_part": False} | tags)
+    known: dict[str, Any] = {"kind": "yes", "is_part": False}
+    return Building("way/1", outline, (), **known | tags)
 
 
 def built(
@@ -143,12 +144,15 @@ def test_roads_are_left_free() -> None:
     assert gone.parts == ()
     # Above a bridge's deck nothing is in the way, nor above a tunnel.
     for level in (Level.BRIDGE, Level.TUNNEL):
-        over = strips(straight([(-60.0, 20.0), (-20.0, 20.0), (40.0, 20.0), (60.0, 20.0)], [0, level, 0]))
+        over = strips(
+            straight([(-60.0, 20.0), (-20.0, 20.0), (40.0, 20.0), (60.0, 20.0)], [Level.GROUND, level, Level.GROUND])
+        )
         assert built(box(0.0, 1.0, 20.0, 11.0, height=5.0), surface=over).ids == {"drawn": ("way/1",)}
 
 
 def test_buildings_go_on_above_passages() -> None:
-    surface = strips(straight([(-60.0, 20.0), (0.0, 20.0), (20.0, 20.0), (60.0, 20.0)], [0, Level.TUNNEL, 0]))
+    levels = [Level.GROUND, Level.TUNNEL, Level.GROUND]
+    surface = strips(straight([(-60.0, 20.0), (0.0, 20.0), (20.0, 20.0), (60.0, 20.0)], levels))
     found = built(box(5.0, -10.0, 15.0, 10.0, height=12.0), surface=surface, passage=surface.level == Level.TUNNEL)
     assert found.ids == {"drawn": ("way/1",)}
     assert areas(corners(found, "roof"))[1].sum() == pytest.approx(10 * 20)
