@@ -31,7 +31,6 @@ from osm2xodr.library import (
 from osm2xodr.surface import expand
 from osm2xodr.system import label
 
-
 # Options of scenes, and those of single files: each is refused with the other.
 _OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "osm", "tile", "carla")
 _OF_FILES: Final = ("layers", "projector")
@@ -101,9 +100,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 @overwrite_option
 @quiet_option
 @limit_options
-def export(
-    file: Path, output: Path | None, scene: Path | None, overwrite: bool, quiet: bool, **how: Any
-) -> None:
+def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool, quiet: bool, **how: Any) -> None:
     """Write the roads of the OpenDRIVE FILE for programs that show maps (GeoJSON), scenes (OBJ, glTF), or drive.
 
     Give -o or --scene.

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
         write_scene as write_scene,
     )
 
-__getattr__ = lazy_exports(
-    __name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "write_scene")}
-)
+__getattr__ = lazy_exports(__name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "write_scene")})
 
 __all__ = [
     "LAYERS",

@@ -26,9 +26,7 @@ def areas(surface: RoadSurface) -> dict[str, float]:
 
 def edges_alone(surface: RoadSurface) -> list[tuple[int, int]]:
     """Edges that one triangle has alone; none has more than two, which run against each other."""
-    ways = Counter(
-        (int(row[k]), int(row[(k + 1) % 3])) for row in surface.faces for k in range(3)
-    )
+    ways = Counter((int(row[k]), int(row[(k + 1) % 3])) for row in surface.faces for k in range(3))
     assert set(ways.values()) == {1}
     return [way for way in ways if way[::-1] not in ways]
 

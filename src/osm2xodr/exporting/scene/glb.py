@@ -98,7 +98,9 @@ class _Document:
         accessor = {"bufferView": self._view(block.tobytes(), _ARRAY_BUFFER), "componentType": _FLOAT}
         accessor |= {"count": len(block), "type": kind}
         if bounds:
-            accessor |= {name: row.astype(float).tolist() for name, row in (("min", block.min(0)), ("max", block.max(0)))}
+            accessor |= {
+                name: row.astype(float).tolist() for name, row in (("min", block.min(0)), ("max", block.max(0)))
+            }
         self._accessors.append(accessor)
         return len(self._accessors) - 1
 
@@ -136,7 +138,12 @@ class _Document:
         text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         head = struct.pack("<III", _MAGIC, 2, 12 + 8 + len(text) + 8 + self._size)
-        parts = [head, struct.pack("<II", len(text), _JSON_CHUNK), text, struct.pack("<II", self._size, _BINARY_CHUNK)]
+        parts = [
+            head,
+            struct.pack("<II", len(text), _JSON_CHUNK),
+            text,
+            struct.pack("<II", self._size, _BINARY_CHUNK),
+        ]
         return b"".join([*parts, *self._blocks])
 
 

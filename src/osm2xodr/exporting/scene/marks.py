@@ -48,7 +48,9 @@ def _lines(file: OpenDrive, stations: Stations, ribbons: Ribbons) -> Iterator[tu
         for row, low, high in zip(rows, begins, [*begins[1:], np.inf], strict=True):
             name = marks.type[row]
             colour = "yellow" if file.lanes.mark_color[lane] == "yellow" else "white"
-            for aside, broken, _ in mark_pattern(name, 2 if name == "broken" else 1, colour) if name != "curb" else ():
+            for aside, broken, _ in (
+                mark_pattern(name, 2 if name == "broken" else 1, colour) if name != "curb" else ()
+            ):
                 moved = aside - outward * 0.5 * DRAWN_MARK_WIDTH
                 for piece in _pieces(line, low, high, broken=broken):
                     yield _strip(piece, moved), colour

@@ -34,12 +34,16 @@ class Meshes:
         faces = _triangulated(flat, points[:, :2])
         self.add(name, material, points, points[:, :2], faces)
 
-    def face(self, name: str, material: str, corners: Sequence[Corner], across: Sequence[tuple[float, float]]) -> None:
+    def face(
+        self, name: str, material: str, corners: Sequence[Corner], across: Sequence[tuple[float, float]]
+    ) -> None:
         """Add a plane area in space by its corners there, and in its own plane, where they are clockwise or not."""
         faces = _triangulated(shapely.Polygon(across), np.array(across))
         self.add(name, material, np.array(corners), np.array(across), faces)
 
-    def prism(self, name: str, material: str, corners: Sequence[tuple[float, float]], low: float, high: float) -> None:
+    def prism(
+        self, name: str, material: str, corners: Sequence[tuple[float, float]], low: float, high: float
+    ) -> None:
         """Add a body over an area: its walls and its lid."""
         flat = shapely.Polygon(corners)
         if not flat.is_valid or flat.area < 1e-6:
@@ -60,7 +64,9 @@ class Meshes:
         self.add(name, material, walls, np.stack(sizes, axis=1).reshape(-1, 2), quads.reshape(-1, 3))
         self.add(name, material, b, ring, _triangulated(flat, ring))
 
-    def post(self, name: str, material: str, at: Corner, high: float, radius: float, top: float | None = None) -> None:
+    def post(
+        self, name: str, material: str, at: Corner, high: float, radius: float, top: float | None = None
+    ) -> None:
         """Add a round body with six sides that stands at a place; `top` is its radius there."""
         turn = 2.0 * np.pi * np.arange(6) / 6
         x, y, low = at
@@ -134,4 +140,6 @@ class SurfaceHeights:
 
     def covered(self, shapes: Iterable[shapely.Geometry], level: int) -> list[bool]:
         """Return whether any of the surface at a level lies in each of some areas in plan."""
-        return [bool((self.level[self._tree.query(shape, predicate="intersects")] == level).any()) for shape in shapes]
+        return [
+            bool((self.level[self._tree.query(shape, predicate="intersects")] == level).any()) for shape in shapes
+        ]

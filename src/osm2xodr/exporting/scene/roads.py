@@ -14,7 +14,7 @@ from osm2xodr.exporting.scene.lane_faces import LaneFaces, lane_faces
 from osm2xodr.exporting.scene.model import Level, Rim, RoadSurface
 from osm2xodr.exporting.scene.overlaps import LEVEL_APART, Cells, cells_of, groups_of, rank_of
 from osm2xodr.exporting.scene.triangles import (
-    SAME,
+    ONE_PLACE,
     Soup,
     edges_of,
     merged_places,
@@ -116,7 +116,7 @@ def _common(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntAr
     """Return the triangles of cells, once for each level of the roads there."""
     heights = _Heights(faces, kind, kinds, group)
     inside = shapely.get_coordinates(shapely.point_on_surface(cells.shape)).reshape(-1, 2)
-    place, face, z = heights.at(inside, cells.group, SAME)
+    place, face, z = heights.at(inside, cells.group, ONE_PLACE)
     bare = np.setdiff1d(np.arange(len(inside)), place)
     more = heights.at(inside[bare], cells.group[bare], _GAP)
     place, face, z = (np.concatenate(both) for both in ((place, bare[more[0]]), (face, more[1]), (z, more[2])))
@@ -147,7 +147,7 @@ def _base(heights: _Heights, xy: FloatArray, group: IntArray, middle: FloatArray
     """Return the mean height of the roads at the corners of triangles, (n, 3), at the level of their cell."""
     unique, corner = np.unique(np.column_stack([xy.reshape(-1, 2), np.repeat(group, 3)]), axis=0, return_inverse=True)
     corner = corner.ravel()
-    place, _, z = heights.at(unique[:, :2], unique[:, 2].astype(np.int64), SAME)
+    place, _, z = heights.at(unique[:, :2], unique[:, 2].astype(np.int64), ONE_PLACE)
     # All pairs of corners of triangles and faces.
     first = np.searchsorted(place, np.arange(len(unique) + 1))
     count = np.diff(first)[corner]

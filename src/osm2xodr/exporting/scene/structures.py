@@ -15,7 +15,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, lane_borders, pose, section_at, surface_points
 
 # Height of the deck of a bridge, m: a twentieth of a usual span of 20 m, as slabs and girders have. A choice.
-DECK: Final = 1.0
+DECK_HEIGHT: Final = 1.0
 # Clear height of a tunnel, m: 4.5 m for traffic (RABT 2006) and the room of signs and lamps above, rounded.
 TUNNEL_HEIGHT: Final = 5.0
 # Distance of piers, m, their thickness along the road, m, and their width as a share of the deck's. Choices.
@@ -30,12 +30,14 @@ _INTO_DECK: Final = 0.1
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-def structure_parts(file: OpenDrive, surface: RoadSurface, heights: SurfaceHeights, ground: Height | None) -> list[Part]:
+def structure_parts(
+    file: OpenDrive, surface: RoadSurface, heights: SurfaceHeights, ground: Height | None
+) -> list[Part]:
     """Return the decks of bridges below their roads, walls and ceilings of tunnels, and piers where ground is known."""
     meshes = Meshes()
     bridge, tunnel = surface.level == int(Level.BRIDGE), surface.level == int(Level.TUNNEL)
     edges = _free_edges(surface, bridge)
-    _shell(meshes, ("Bridge_Deck", "concrete"), surface, bridge, edges, -DECK)
+    _shell(meshes, ("Bridge_Deck", "concrete"), surface, bridge, edges, -DECK_HEIGHT)
     edges = _free_edges(surface, tunnel, alone=True)
     _shell(meshes, ("Tunnel", "concrete"), surface, tunnel, edges, TUNNEL_HEIGHT)
     if ground is not None:
@@ -95,14 +97,19 @@ def _piers(meshes: Meshes, file: OpenDrive, heights: SurfaceHeights, ground: Hei
         x, y, z = surface_points(file, road, s, middle)
         below = ground(x, y)
         turn = pose(file, road, s)[2]
-        for k in np.flatnonzero(z - DECK - below > _LEAST_PIER).tolist():
+        for k in np.flatnonzero(z - DECK_HEIGHT - below > _LEAST_PIER).tolist():
             cos, sin = math.cos(turn[k]), math.sin(turn[k])
             corners = [
                 (x[k] + cos * u - sin * v, y[k] + sin * u + cos * v)
-                for u, v in ((-0.5 * _PIER, -half[k]), (0.5 * _PIER, -half[k]), (0.5 * _PIER, half[k]), (-0.5 * _PIER, half[k]))
+                for u, v in (
+                    (-0.5 * _PIER, -half[k]),
+                    (0.5 * _PIER, -half[k]),
+                    (0.5 * _PIER, half[k]),
+                    (-0.5 * _PIER, half[k]),
+                )
             ]
             if not heights.covered([shapely.Polygon(corners)], int(Level.GROUND))[0]:
-                meshes.prism("Bridge_Pier", "concrete", corners, below[k] - _FOOTING, z[k] - DECK + _INTO_DECK)
+                meshes.prism("Bridge_Pier", "concrete", corners, below[k] - _FOOTING, z[k] - DECK_HEIGHT + _INTO_DECK)
 
 
 def _edges(file: OpenDrive, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,6 +1,6 @@
 """Triangles that share their corners: welding, splitting at corners that lie on edges, and steps between them.
 
-Corners are told apart in plan first: places closer than `SAME` are one. Each place may have several heights.
+Corners are told apart in plan first: places closer than `ONE_PLACE` are one. Each place may have several heights.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from osm2xodr.exporting.scene.overlaps import GRID, LEVEL_APART
 from osm2xodr.model import FloatArray, IntArray
 
 # Places closer together are one, m: twice what rounding to `GRID` moves a corner.
-SAME: Final = 2 * GRID
+ONE_PLACE: Final = 2 * GRID
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
-SAME_HEIGHT: Final = 0.015
+ONE_HEIGHT: Final = 0.015
 # Rounds in which edges are split; each splits an edge at one corner.
 _ROUNDS: Final = 6
 
@@ -40,11 +40,11 @@ class Soup:
 
 
 def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the place of each point, and the places: points closer than `SAME`, at the first of them."""
+    """Return the place of each point, and the places: points closer than `ONE_PLACE`, at the first of them."""
     unique, inverse = np.unique(xy, axis=0, return_inverse=True)
     first = np.full(len(unique), len(xy))
     np.minimum.at(first, inverse, np.arange(len(xy)))
-    pairs = cKDTree(unique).query_pairs(SAME, output_type="ndarray")
+    pairs = cKDTree(unique).query_pairs(ONE_PLACE, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
     count, label = connected_components(graph, directed=False)
     lead = np.full(count, len(xy))
@@ -53,11 +53,11 @@ def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def without_slivers(soup: Soup) -> Soup:
-    """Return the triangles that are higher than `SAME` in plan, and so counter-clockwise."""
+    """Return the triangles that are higher than `ONE_PLACE` in plan, and so counter-clockwise."""
     a, b, c = np.moveaxis(soup.xy[soup.place], 1, 0)
     twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     longest = np.sqrt(np.max([((p - q) ** 2).sum(1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
-    return soup.rows(np.flatnonzero(twice > SAME * longest))
+    return soup.rows(np.flatnonzero(twice > ONE_PLACE * longest))
 
 
 def split_at_corners(soup: Soup) -> Soup:
@@ -74,7 +74,7 @@ def split_at_corners(soup: Soup) -> Soup:
         a, b = soup.xy[start], soup.xy[end]
         tree = cKDTree(soup.xy[places])
         length = np.hypot(*(b - a).T)
-        found = tree.query_ball_point(0.5 * (a + b), 0.5 * length + SAME)
+        found = tree.query_ball_point(0.5 * (a + b), 0.5 * length + ONE_PLACE)
         count = np.array([len(item) for item in found], np.int64)
         edge = np.repeat(np.arange(len(row)), count)
         near = np.concatenate([np.asarray(item, np.int64) for item in found]) if len(row) else np.zeros(0, np.int64)
@@ -88,7 +88,9 @@ def split_at_corners(soup: Soup) -> Soup:
         za, zb = soup.z[row, side][edge], soup.z[row, (side + 1) % 3][edge]
         z = za + at * (zb - za)
         low, high = heights
-        kept = (aside < SAME) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
+        kept = (
+            (aside < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
+        )
         edge, place, at, z = edge[kept], place[kept], at[kept], z[kept]
         # One split of each triangle at a time, at the corner that is nearest to the middle of its edge.
         order = np.lexsort((place, np.abs(at - 0.5), row[edge]))
@@ -136,7 +138,7 @@ def welded(soup: Soup) -> tuple[IntArray, FloatArray, FloatArray]:
     place, z = soup.place.ravel(), soup.z.ravel()
     order = np.lexsort((z, place))
     new = np.ones(len(order), np.bool_)
-    new[1:] = (np.diff(place[order]) != 0) | (np.diff(z[order]) > SAME_HEIGHT)
+    new[1:] = (np.diff(place[order]) != 0) | (np.diff(z[order]) > ONE_HEIGHT)
     vertex = np.empty(len(order), np.int64)
     vertex[order] = np.cumsum(new) - 1
     count = np.bincount(vertex)

@@ -13,7 +13,7 @@ from osm2xodr.model import FloatArray, IntArray
 
 pytest.importorskip("shapely")
 
-from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, on_the_ground, passages
+from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, find_passages, on_the_ground
 from osm2xodr.exporting.scene.roads import rim_of
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
@@ -164,7 +164,7 @@ def test_tunnels_leave_the_ground_alone_and_their_portals_open() -> None:
     portals = np.flatnonzero(rim.beyond == Level.TUNNEL)
     assert len(portals) == 2
     height = plane(20.0)
-    assert not passages(surface, height).any()
+    assert not find_passages(surface, height).any()
     ground = made(surface, height)
     assert_sound(surface, ground, portals)
     assert (ground.heights(np.array([40.0, 40.0]), np.array([0.0, 15.0])) == 20.0).all()
@@ -188,9 +188,9 @@ def test_shallow_tunnels_are_covered() -> None:
 def test_passages_are_roads_on_the_ground() -> None:
     stations = [(-60.0, 0.0), (0.0, 0.0), (20.0, 0.0), (80.0, 0.0)]
     surface = strips(straight(stations, [Level.GROUND, Level.TUNNEL, Level.GROUND]))
-    passage = passages(surface, plane(0.5))
+    passage = find_passages(surface, plane(0.5))
     assert passage.tolist() == [False, False, True, True, False, False]
-    assert not passages(surface, plane(np.nan)).any()
+    assert not find_passages(surface, plane(np.nan)).any()
     surface = on_the_ground(surface, passage)
     assert (surface.level == Level.GROUND).all()
     ground = made(surface, plane(0.5))

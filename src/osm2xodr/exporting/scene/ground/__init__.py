@@ -8,6 +8,6 @@ is away from roads with squares, `band` what is beside them, and `fans` lets it 
 from __future__ import annotations
 
 from osm2xodr.exporting.scene.ground.building import Ground, Height, build_ground
-from osm2xodr.exporting.scene.ground.passages import on_the_ground, passages
+from osm2xodr.exporting.scene.ground.passages import find_passages, on_the_ground
 
-__all__ = ["Ground", "Height", "build_ground", "on_the_ground", "passages"]
+__all__ = ["Ground", "Height", "build_ground", "find_passages", "on_the_ground"]

@@ -12,14 +12,14 @@ from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_arou
 from osm2xodr.exporting.scene.ground.defaults import (
     APRON,
     BRIDGE_DEPTH,
-    CELL,
     DETAILS,
+    GROUND_CELL,
+    GROUND_WALL_HEIGHT,
+    GROUND_WALL_SLOPE,
     LEAST_AREA,
     REACH,
     TUNNEL_COVER,
     TUNNEL_OPENING,
-    WALL_HEIGHT,
-    WALL_SLOPE,
 )
 from osm2xodr.exporting.scene.ground.fans import raised_triangles
 from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
@@ -46,7 +46,7 @@ class Ground:
         It is that between the corners of the smallest squares; on roads that of their edges.
         """
         rows, columns = self.z.shape
-        column, row = x / CELL - self.cells.column, y / CELL - self.cells.row
+        column, row = x / GROUND_CELL - self.cells.column, y / GROUND_CELL - self.cells.row
         inside = (column >= 0) & (column < columns - 1) & (row >= 0) & (row < rows - 1)
         i, j = (np.where(inside, np.floor(value), 0).astype(np.int64) for value in (row, column))
         u, v = column - j, row - i
@@ -90,7 +90,7 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
     lost = cells.ground & np.isnan(z[:-1, :-1] + z[1:, :-1] + z[:-1, 1:] + z[1:, 1:])
-    return Ground(tuple(part for part in parts if len(part.faces)), cells, z, CELL**2 * int(lost.sum()))
+    return Ground(tuple(part for part in parts if len(part.faces)), cells, z, GROUND_CELL**2 * int(lost.sum()))
 
 
 def _nothing(x: FloatArray, _: FloatArray) -> FloatArray:
@@ -117,7 +117,7 @@ def _points_of(surface: RoadSurface, level: Level) -> FloatArray:
     """Return points all over the roads of a level, (n, 3), m: along their edges, and at corners of squares."""
     corners = surface.vertices[surface.faces[surface.level == level]]
     ends = np.roll(corners, -1, axis=1)
-    edges, _ = along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), CELL / 2)
+    edges, _ = along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), GROUND_CELL / 2)
     return np.concatenate([edges, nodes_within(corners)])
 
 
@@ -156,7 +156,9 @@ def _steep(corners: FloatArray) -> BoolArray:
     """Return which triangles (n, 3, 3) are walls."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     rise = np.hypot(normal[:, 0], normal[:, 1])
-    out: BoolArray = (rise > WALL_SLOPE * np.abs(normal[:, 2])) & (np.ptp(corners[..., 2], axis=1) > WALL_HEIGHT)
+    out: BoolArray = (rise > GROUND_WALL_SLOPE * np.abs(normal[:, 2])) & (
+        np.ptp(corners[..., 2], axis=1) > GROUND_WALL_HEIGHT
+    )
     return out
 
 

@@ -9,18 +9,18 @@ import numpy as np
 from scipy import ndimage
 
 from osm2xodr.curves import ranks
-from osm2xodr.exporting.scene.ground.defaults import CELL, KEEP_OFF, LARGEST_GAP, REACH, SAMPLE
+from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, REACH, SAMPLE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Squares per side of the blocks of which the extent of the ground consists: the largest squares.
-BLOCK: Final = 4
+GROUND_BLOCK: Final = 4
 # Points and edges that are compared at once: some 8 MB a table.
 _PAIRS: Final = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Squares of `CELL` metres, in rows from south to north. Their corners lie at whole multiples of it.
+    """Squares of `GROUND_CELL` metres, in rows from south to north. Their corners lie at whole multiples of it.
 
     There is a block of squares without ground all around.
     """
@@ -28,7 +28,7 @@ class Cells:
     # Column and row of the first square, counted from x = y = 0
     column: int
     row: int
-    ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `BLOCK` x `BLOCK`
+    ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `GROUND_BLOCK` x `GROUND_BLOCK`
     near: BoolArray  # (rows, columns) Squares with a road on them or too close to one: they are not whole
 
     @property
@@ -40,7 +40,7 @@ class Cells:
     def node_xy(self) -> tuple[FloatArray, FloatArray]:
         """Return x, y of all corners, each (rows + 1, columns + 1), m."""
         rows, columns = self.nodes
-        x, y = CELL * (self.column + np.arange(columns)), CELL * (self.row + np.arange(rows))
+        x, y = GROUND_CELL * (self.column + np.arange(columns)), GROUND_CELL * (self.row + np.arange(rows))
         return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
 
 
@@ -59,12 +59,12 @@ def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> tup
 
 def nodes_within(triangles: FloatArray) -> FloatArray:
     """Return the points of triangles (n, 3, 3) that lie above or below corners of squares, (k, 3), m."""
-    low = np.ceil(triangles[:, :, :2].min(1) / CELL).astype(np.int64)
-    count = np.floor(triangles[:, :, :2].max(1) / CELL).astype(np.int64) - low + 1
+    low = np.ceil(triangles[:, :, :2].min(1) / GROUND_CELL).astype(np.int64)
+    count = np.floor(triangles[:, :, :2].max(1) / GROUND_CELL).astype(np.int64) - low + 1
     many = np.maximum(count, 0).prod(1)
     of = np.repeat(np.arange(len(triangles)), many)
     row, column = np.divmod(ranks(many), count[of, 0])
-    at = CELL * (low[of] + np.column_stack([column, row]))
+    at = GROUND_CELL * (low[of] + np.column_stack([column, row]))
     a, b, c = (triangles[of, k] for k in range(3))
     # Twice the areas opposite of the corners.
     parts = np.column_stack([_turn(b, c, at), _turn(c, a, at), _turn(a, b, at)])
@@ -88,7 +88,7 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     """
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
-    size = CELL * BLOCK
+    size = GROUND_CELL * GROUND_BLOCK
     margin = int(np.ceil(reach / size)) + 2
     low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
     low, high = low - margin, high + margin + 1
@@ -99,8 +99,8 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     # From block to block: the distance between their middles less one diagonal or side is that between them.
     away = ndimage.distance_transform_edt(~occupied, sampling=size)
     blocks = _closed(away - size <= reach, int(LARGEST_GAP / size**2))
-    ground = blocks.repeat(BLOCK, 0).repeat(BLOCK, 1)
-    column, row = (BLOCK * low).tolist()
+    ground = blocks.repeat(GROUND_BLOCK, 0).repeat(GROUND_BLOCK, 1)
+    column, row = (GROUND_BLOCK * low).tolist()
     return Cells(column, row, ground, _near(rim, start, end, column, row, ground))
 
 
@@ -122,13 +122,13 @@ def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row:
     off = KEEP_OFF + 0.5 * SAMPLE
     for dx in (-off, 0.0, off):
         for dy in (-off, 0.0, off):
-            at = np.floor((rim + np.array([dx, dy])) / CELL).astype(np.int64) - (column, row)
+            at = np.floor((rim + np.array([dx, dy])) / GROUND_CELL).astype(np.int64) - (column, row)
             out[at[:, 1], at[:, 0]] = True
     # The squares at rims part those on roads from those beside them.
     label, _ = ndimage.label(~out)
     first = np.unique(label, return_index=True)[1]
     rows, columns = np.divmod(first, ground.shape[1])
-    middle = CELL * (np.column_stack([columns + column, rows + row]) + 0.5)
+    middle = GROUND_CELL * (np.column_stack([columns + column, rows + row]) + 0.5)
     road = on_the_left(middle, start, end)
     # Those without a label are near already.
     road[label.ravel()[first] == 0] = True

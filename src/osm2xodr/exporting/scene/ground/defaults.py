@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 # Length of the smallest squares of ground, m: half a carriageway, so that slopes beside roads have a shape.
-CELL: Final = 5.0
+GROUND_CELL: Final = 5.0
 # Levels of detail; each one's squares away from roads are twice as long as the finer one's. A choice.
 DETAILS: Final = 3
 # How far corners of squares keep from roads at least, m, so that no triangle is a sliver. A choice.
@@ -21,8 +21,8 @@ SLOPE: Final = 0.5
 # heights may be close, m. A choice.
 CLASH_REACH: Final = 60.0
 # Ground steeper than this, rise per metre, and higher than that, m, is a wall. Choices.
-WALL_SLOPE: Final = 1.5
-WALL_HEIGHT: Final = 0.5
+GROUND_WALL_SLOPE: Final = 1.5
+GROUND_WALL_HEIGHT: Final = 0.5
 # Height of the opening of tunnels, and from their road to the ground above, m: RABT's clearance of 4.5 m, and
 # 0.5 m each for signs and the ceiling.
 TUNNEL_OPENING: Final = 5.0

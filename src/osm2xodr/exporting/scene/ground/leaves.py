@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.exporting.scene.ground.cells import BLOCK, Cells
-from osm2xodr.exporting.scene.ground.defaults import CELL
+from osm2xodr.exporting.scene.ground.cells import GROUND_BLOCK, Cells
+from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Corners and middles of the sides of a square in half sides, row and column, counter-clockwise from the south-west.
@@ -23,7 +23,7 @@ def leaf_sizes(cells: Cells, detail: int, tile: float) -> IntArray:
 
     Those near roads have 1. `detail` 0 is the finest level; borders of tiles lie at multiples of `tile`, m.
     """
-    count = round(tile / CELL)
+    count = round(tile / GROUND_CELL)
     rows, columns = (
         np.isin((first + np.arange(size)) % count, (0, count - 1))
         for first, size in zip((cells.row, cells.column), cells.ground.shape, strict=True)
@@ -42,7 +42,7 @@ def leaf_sizes(cells: Cells, detail: int, tile: float) -> IntArray:
         beside[:-1] |= small[1:]
         beside[:, 1:] |= small[:, :-1]
         beside[:, :-1] |= small[:, 1:]
-        out[_spread(_every((out == 2) & ~border & ~beside, BLOCK), BLOCK)] = BLOCK
+        out[_spread(_every((out == 2) & ~border & ~beside, GROUND_BLOCK), GROUND_BLOCK)] = GROUND_BLOCK
     return out
 
 
@@ -65,7 +65,7 @@ def leaf_triangles(cells: Cells, sizes: IntArray, z: FloatArray) -> IntArray:
     difference, and leaves of which a corner is unknown have no triangles.
     """
     found = [np.zeros((0, 3), np.int64)]
-    for size in (1, 2, BLOCK):
+    for size in (1, 2, GROUND_BLOCK):
         at = sizes == size if size > 1 else (sizes == 1) & ~cells.near
         row, column = np.nonzero(at)
         first = ((row + cells.row) % size == 0) & ((column + cells.column) % size == 0)

@@ -14,7 +14,7 @@ from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import BoolArray
 
 
-def passages(surface: RoadSurface, height: Height) -> BoolArray:
+def find_passages(surface: RoadSurface, height: Height) -> BoolArray:
     """Return which triangles belong to tunnels above which the ground is not where it would have to be, (n,).
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none. Tunnels of several

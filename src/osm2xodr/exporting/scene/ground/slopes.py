@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.exporting.scene.ground.cells import Cells
-from osm2xodr.exporting.scene.ground.defaults import APRON, CELL, CLASH_REACH, SLOPE
+from osm2xodr.exporting.scene.ground.defaults import APRON, CLASH_REACH, GROUND_CELL, SLOPE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Corrections spread by one corner a round: by 300 m at most.
@@ -100,7 +100,7 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
         return at
 
     stride = cells.nodes[1]
-    row, column = (np.floor(axis / CELL).astype(np.int64) for axis in (py, px))
+    row, column = (np.floor(axis / GROUND_CELL).astype(np.int64) for axis in (py, px))
     first = (row - cells.row) * stride + column - cells.column
     seeds = [np.zeros(0, np.int64)]
     for step in (0, 1, stride, stride + 1):
