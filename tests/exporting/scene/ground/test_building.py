@@ -13,7 +13,7 @@ from osm2xodr.model import FloatArray, IntArray
 
 pytest.importorskip("shapely")
 
-from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, on_the_ground, passages
+from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
 from osm2xodr.exporting.scene.roads import rim_of
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
@@ -163,8 +163,11 @@ def test_tunnels_leave_the_ground_alone_and_their_portals_open() -> None:
     rim = rim_of(surface)
     portals = np.flatnonzero(rim.beyond == Level.TUNNEL)
     assert len(portals) == 2
-    height = plane(20.0)
-    assert not passages(surface, height).any()
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.where(np.abs(x - 40.0) < 65.0, 20.0, 1.0)
+
+    assert settled(surface, height)[0].level.tolist() == surface.level.tolist()
     ground = made(surface, height)
     assert_sound(surface, ground, portals)
     assert (ground.heights(np.array([40.0, 40.0]), np.array([0.0, 15.0])) == 20.0).all()
@@ -188,15 +191,28 @@ def test_shallow_tunnels_are_covered() -> None:
 def test_passages_are_roads_on_the_ground() -> None:
     stations = [(-60.0, 0.0), (0.0, 0.0), (20.0, 0.0), (80.0, 0.0)]
     surface = strips(straight(stations, [Level.GROUND, Level.TUNNEL, Level.GROUND]))
-    passage = passages(surface, plane(0.5))
+    for unknown in (plane(np.nan), None):
+        assert not settled(surface, unknown)[1].any()
+    surface, passage = settled(surface, plane(0.5))
     assert passage.tolist() == [False, False, True, True, False, False]
-    assert not passages(surface, plane(np.nan)).any()
-    surface = on_the_ground(surface, passage)
     assert (surface.level == Level.GROUND).all()
     ground = made(surface, plane(0.5))
     assert_sound(surface, ground)
     # It is where the road is, and not above it.
     assert triangles(ground)[..., 2].max() == 0.5
+
+
+def test_junctions_in_tunnels_are_in_them() -> None:
+    stations = [(-60.0, 0.0), (0.0, 0.0), (20.0, 0.0), (60.0, 0.0)]
+    surface = strips(straight(stations, [Level.TUNNEL, Level.GROUND, Level.TUNNEL]))
+    found, passage = settled(surface, plane(30.0))
+    assert (found.level == Level.TUNNEL).all()
+    assert not passage.any()
+    # Not where one corner is near the ground, as beside a portal.
+    assert settled(surface, lambda x, y: np.where(x > 10.0, 30.0, 4.0))[0].level.tolist() == surface.level.tolist()
+    # Nor a road in a cutting that leads into none.
+    alone = strips(straight(stations))
+    assert (settled(alone, plane(30.0))[0].level == Level.GROUND).all()
 
 
 def test_without_heights_there_is_no_ground_but_beside_roads() -> None:
