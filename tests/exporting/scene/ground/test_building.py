@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from ground_cases import areas, edges_of, rim_edges, straight, strips
 
+from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import FloatArray, IntArray
 
@@ -266,3 +267,29 @@ def test_the_same_roads_have_the_same_ground() -> None:
     for a, b in zip(one.parts, other.parts, strict=True):
         assert a.vertices.tobytes() == b.vertices.tobytes()
         assert a.faces.tobytes() == b.faces.tobytes()
+
+
+def test_bridges_alone_have_ground_below() -> None:
+    surface = strips(straight(LONG, [Level.BRIDGE] * (len(LONG) - 1)))
+    ground = made(surface, plane(3.0))
+    assert (terrain(ground)[:, :, 2] == 3.0).all()
+    area, _ = areas(terrain(ground))
+    assert area.sum() == pytest.approx(25.0 * ground.cells.ground.sum())
+    assert [part.name for part in ground.parts] == ["Terrain"] * 3
+    assert made(surface, None).parts == ()
+
+
+def test_coordinates_may_be_those_of_a_projection() -> None:
+    road = straight([(500_000.0 + x, z) for x, z in LONG], y=5_400_000.0)
+    surface = strips(road)
+    ground = made(surface, plane(18.0))
+    assert_sound(surface, ground)
+    found = ground.heights(np.array([500_100.0]), np.array([5_400_005.0]))
+    assert found == pytest.approx([19.5])
+
+
+def test_areas_too_large_for_the_memory_are_refused() -> None:
+    far = [(0.0, 0.0), (20.0, 0.0)]
+    surface = strips(straight(far), straight([(x + 4e5, z) for x, z in far], y=4e5))
+    with pytest.raises(InputError, match="crop"):
+        made(surface, plane(0.0))

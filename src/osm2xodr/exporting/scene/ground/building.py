@@ -58,7 +58,7 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none; without it the
     ground is a strip beside the roads at their height. Levels of detail have the same corners at the borders of
-    tiles, whose width is `tile`, m, a multiple of 20.
+    tiles, whose width is `tile`, m, a multiple of 20. `InputError` if the roads span too much for the memory.
     """
     known = _nothing if height is None else height
     points, edges = _edge_points(surface, rim, known)
