@@ -105,6 +105,7 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
 
     Give -o or --scene.
     """
+    said: list[str] = []
     if (output is None) == (scene is None):
         raise click.UsageError("give one of -o and --scene")
     unused = _OF_FILES if output is None else _OF_SCENES
@@ -112,7 +113,10 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
         if how.pop(name):
             where = "files" if output is None else "scenes"
             raise click.UsageError(f"--{name.replace('_', '-')} is for {where} alone; leave it out")
-    said = _scene(file, scene, overwrite, how) if output is None else _file(file, output, overwrite, how)
+    if output is not None:
+        said = _file(file, output, overwrite, how)
+    elif scene is not None:
+        said = _scene(file, scene, overwrite, how)
     if not quiet:
         for line in said:
             click.echo(f"osm2xodr: {line}", err=True)

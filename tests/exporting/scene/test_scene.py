@@ -107,7 +107,8 @@ def test_real_scenes_are_sound(name: str, conversions: Conversions, tmp_path: Pa
     manifest = json.loads((tmp_path / "scene" / "scene.json").read_text(encoding="utf-8"))
     assert "OpenStreetMap contributors" in manifest["attribution"][0]
     assert [tile["file"] for tile in manifest["tiles"]] == [path.name for path in files if path.suffix == ".glb"]
-    road, rim, ground = [], [], []
+    road: list[FloatArray] = []
+    ground: list[FloatArray] = []
     for tile in manifest["tiles"]:
         _, meshes = read_glb((tmp_path / "scene" / tile["file"]).read_bytes())
         assert sorted(item["name"] for item in tile["parts"]) == sorted(mesh.name for mesh in meshes)
@@ -120,9 +121,9 @@ def test_real_scenes_are_sound(name: str, conversions: Conversions, tmp_path: Pa
                 road.append(mesh.points)
     # Roads meet the ground: most corners of the rim are corners of the ground at the same height.
     corners = np.unique(np.round(np.concatenate(ground).reshape(-1, 3), 3), axis=0)
-    rim = np.unique(np.round(np.concatenate(road), 3), axis=0)
-    away, _ = cKDTree(corners).query(rim)
-    assert (away < 0.002).sum() > 500
+    rim: FloatArray = np.unique(np.round(np.concatenate(road), 3), axis=0)
+    away = np.asarray(cKDTree(corners).query(rim)[0])
+    assert np.count_nonzero(away < 0.002) > 500
     near = cKDTree(corners[:, :2]).query_ball_point(rim[:, :2], 0.002)
     for point, rows in zip(rim, near, strict=True):
         if rows:
@@ -180,9 +181,8 @@ def test_obj_has_every_part_once(tmp_path: Path) -> None:
     files = export_scene(tmp_path / "map.xodr", tmp_path / "scene", format="obj", up="y")
     manifest = json.loads((tmp_path / "scene" / "scene.json").read_text(encoding="utf-8"))
     assert manifest["up"] == "y"
-    known = {
-        line.split()[1] for line in (tmp_path / "scene" / "scene.mtl").read_text().splitlines() if "newmtl" in line
-    }
+    library = (tmp_path / "scene" / "scene.mtl").read_text(encoding="utf-8").splitlines()
+    known = {line.split()[1] for line in library if "newmtl" in line}
     for tile in manifest["tiles"]:
         lines = (tmp_path / "scene" / tile["file"]).read_text(encoding="utf-8").splitlines()
         words = Counter(line.split()[0] for line in lines)

@@ -95,12 +95,12 @@ class _Document:
     def _array(self, values: Any, kind: str, *, bounds: bool = False) -> int:
         """Add an array of numbers per vertex, and return its accessor."""
         block = np.ascontiguousarray(values, "<f4")
-        accessor = {"bufferView": self._view(block.tobytes(), _ARRAY_BUFFER), "componentType": _FLOAT}
+        view = self._view(block.tobytes(), _ARRAY_BUFFER)
+        accessor: dict[str, Any] = {"bufferView": view, "componentType": _FLOAT}
         accessor |= {"count": len(block), "type": kind}
         if bounds:
-            accessor |= {
-                name: row.astype(float).tolist() for name, row in (("min", block.min(0)), ("max", block.max(0)))
-            }
+            low, high = block.min(0).astype(float), block.max(0).astype(float)
+            accessor |= {"min": low.tolist(), "max": high.tolist()}
         self._accessors.append(accessor)
         return len(self._accessors) - 1
 

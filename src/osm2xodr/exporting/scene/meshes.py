@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -11,7 +12,8 @@ import shapely
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.model import FloatArray, IntArray
 
-Corner = tuple[float, float, float]
+Corner: TypeAlias = tuple[float, float, float]
+Flat: TypeAlias = tuple[float, float]
 
 
 class Meshes:
@@ -34,16 +36,12 @@ class Meshes:
         faces = _triangulated(flat, points[:, :2])
         self.add(name, material, points, points[:, :2], faces)
 
-    def face(
-        self, name: str, material: str, corners: Sequence[Corner], across: Sequence[tuple[float, float]]
-    ) -> None:
-        """Add a plane area in space by its corners there, and in its own plane, where they are clockwise or not."""
+    def face(self, name: str, material: str, corners: Sequence[Corner], across: Sequence[Flat]) -> None:
+        """Add a plane area in space by its corners there, and in its own plane."""
         faces = _triangulated(shapely.Polygon(across), np.array(across))
         self.add(name, material, np.array(corners), np.array(across), faces)
 
-    def prism(
-        self, name: str, material: str, corners: Sequence[tuple[float, float]], low: float, high: float
-    ) -> None:
+    def prism(self, name: str, material: str, corners: Sequence[Flat], low: float, high: float) -> None:
         """Add a body over an area: its walls and its lid."""
         flat = shapely.Polygon(corners)
         if not flat.is_valid or flat.area < 1e-6:
@@ -64,15 +62,13 @@ class Meshes:
         self.add(name, material, walls, np.stack(sizes, axis=1).reshape(-1, 2), quads.reshape(-1, 3))
         self.add(name, material, b, ring, _triangulated(flat, ring))
 
-    def post(
-        self, name: str, material: str, at: Corner, high: float, radius: float, top: float | None = None
-    ) -> None:
-        """Add a round body with six sides that stands at a place; `top` is its radius there."""
+    def post(self, name: str, material: str, at: Corner, high: float, *radii: float) -> None:
+        """Add a round body with six sides that stands at a place, by its radius below and, if it differs, above."""
+        radius, wide = radii[0], radii[-1]
         turn = 2.0 * np.pi * np.arange(6) / 6
         x, y, low = at
         ring = np.column_stack([np.cos(turn), np.sin(turn)])
         a = np.column_stack([x + radius * ring[:, 0], y + radius * ring[:, 1], np.full(6, low)])
-        wide = radius if top is None else top
         k, after = np.arange(6), (np.arange(6) + 1) % 6
         uv = np.column_stack([radius * turn, np.full(6, low)])
         if wide <= 0.0:
@@ -97,8 +93,8 @@ class Meshes:
         for (name, material), pieces in sorted(self._found.items()):
             first = np.cumsum([0, *(len(vertices) for vertices, _, _ in pieces)])
             faces = [rows + at for (_, _, rows), at in zip(pieces, first[:-1].tolist(), strict=True)]
-            columns = (np.concatenate([piece[k] for piece in pieces]) for k in (0, 1))
-            out.append(Part(name, material, *columns, np.concatenate(faces)))
+            vertices, uv = (np.concatenate([piece[k] for piece in pieces]) for k in (0, 1))
+            out.append(Part(name, material, vertices, uv, np.concatenate(faces)))
         return out
 
 
@@ -125,7 +121,7 @@ class SurfaceHeights:
         self._tree = shapely.STRtree(shapely.polygons(corners[rows][:, :, :2]))
 
     def at(self, x: FloatArray, y: FloatArray, near: FloatArray, apart: float = math.inf) -> FloatArray:
-        """Return z at inertial x, y, (n,), m: that nearest to `near`, which stays where no surface is within `apart`."""
+        """Return z at inertial x, y, (n,), m, nearest to `near`, which stays where no surface is within `apart`."""
         place, face = self._tree.query(shapely.points(x, y), predicate="intersects")
         normal, corner = self._normal[face], self._corner[face]
         off = np.column_stack([x, y])[place] - corner[:, :2]

@@ -119,7 +119,8 @@ def _common(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntAr
     place, face, z = heights.at(inside, cells.group, ONE_PLACE)
     bare = np.setdiff1d(np.arange(len(inside)), place)
     more = heights.at(inside[bare], cells.group[bare], _GAP)
-    place, face, z = (np.concatenate(both) for both in ((place, bare[more[0]]), (face, more[1]), (z, more[2])))
+    place, face = np.concatenate([place, bare[more[0]]]), np.concatenate([face, more[1]])
+    z = np.concatenate([z, more[2]])
     # Levels of each cell: heights that lie close to each other.
     order = np.lexsort((face, z, place))
     place, face, z = place[order], face[order], z[order]

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.buildings import building_parts
-from osm2xodr.exporting.scene.ground import build_ground, find_passages, on_the_ground
+from osm2xodr.exporting.scene.ground import build_ground, settled
 from osm2xodr.exporting.scene.marks import mark_parts
 from osm2xodr.exporting.scene.materials import lane_part
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
@@ -66,9 +66,7 @@ def make_scene(
     InputError
         No lane has a surface.
     """
-    surface = road_surface(file, tolerance, step)
-    passage = np.zeros(len(surface.faces), np.bool_) if height is None else find_passages(surface, height)
-    surface = on_the_ground(surface, passage)
+    surface, passage = settled(road_surface(file, tolerance, step), height)
     ground = build_ground(surface, rim_of(surface), height, tile)
     heights = SurfaceHeights(surface)
     parts = [

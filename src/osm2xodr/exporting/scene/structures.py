@@ -33,7 +33,7 @@ Height = Callable[[FloatArray, FloatArray], FloatArray]
 def structure_parts(
     file: OpenDrive, surface: RoadSurface, heights: SurfaceHeights, ground: Height | None
 ) -> list[Part]:
-    """Return the decks of bridges below their roads, walls and ceilings of tunnels, and piers where ground is known."""
+    """Return the decks below roads on bridges, tubes around those in tunnels, and piers where ground is known."""
     meshes = Meshes()
     bridge, tunnel = surface.level == int(Level.BRIDGE), surface.level == int(Level.TUNNEL)
     edges = _free_edges(surface, bridge)
@@ -99,15 +99,9 @@ def _piers(meshes: Meshes, file: OpenDrive, heights: SurfaceHeights, ground: Hei
         turn = pose(file, road, s)[2]
         for k in np.flatnonzero(z - DECK_HEIGHT - below > _LEAST_PIER).tolist():
             cos, sin = math.cos(turn[k]), math.sin(turn[k])
-            corners = [
-                (x[k] + cos * u - sin * v, y[k] + sin * u + cos * v)
-                for u, v in (
-                    (-0.5 * _PIER, -half[k]),
-                    (0.5 * _PIER, -half[k]),
-                    (0.5 * _PIER, half[k]),
-                    (-0.5 * _PIER, half[k]),
-                )
-            ]
+            size = 0.5 * _PIER, float(half[k])
+            around = ((-size[0], -size[1]), (size[0], -size[1]), size, (-size[0], size[1]))
+            corners = [(float(x[k]) + cos * u - sin * v, float(y[k]) + sin * u + cos * v) for u, v in around]
             if not heights.covered([shapely.Polygon(corners)], int(Level.GROUND))[0]:
                 meshes.prism("Bridge_Pier", "concrete", corners, below[k] - _FOOTING, z[k] - DECK_HEIGHT + _INTO_DECK)
 

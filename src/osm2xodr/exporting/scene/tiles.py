@@ -71,4 +71,5 @@ def normals_of(part: Part) -> FloatArray:
             out[:, axis] += np.bincount(part.faces[:, k], weights=area[:, axis], minlength=len(out))
     length = np.linalg.norm(out, axis=1)
     out[length < 1e-12] = [0.0, 0.0, 1.0]
-    return out / np.where(length < 1e-12, 1.0, length)[:, None]
+    out /= np.where(length < 1e-12, 1.0, length)[:, None]
+    return out

@@ -6,20 +6,22 @@ Corners are told apart in plan first: places closer than `ONE_PLACE` are one. Ea
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from osm2xodr.exporting.scene.overlaps import GRID, LEVEL_APART
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Places closer together are one, m: twice what rounding to `GRID` moves a corner.
 ONE_PLACE: Final = 2 * GRID
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015
+_Value = TypeVar("_Value", np.int64, np.float64)
 # Rounds in which edges are split; each splits an edge at one corner.
 _ROUNDS: Final = 6
 
@@ -49,7 +51,7 @@ def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
     count, label = connected_components(graph, directed=False)
     lead = np.full(count, len(xy))
     np.minimum.at(lead, label, first)
-    return label[inverse], xy[lead]
+    return label.astype(np.int64)[inverse], xy[lead]
 
 
 def without_slivers(soup: Soup) -> Soup:
@@ -110,7 +112,7 @@ def _heights(soup: Soup, places: IntArray) -> tuple[FloatArray, FloatArray]:
     return low[places], high[places]
 
 
-def _has_neighbour(soup: Soup) -> FloatArray:
+def _has_neighbour(soup: Soup) -> BoolArray:
     """Return whether another triangle has the same edge the other way round, (n, 3)."""
     start, end = soup.place, np.roll(soup.place, -1, axis=1)
     n = len(soup.xy)
@@ -122,7 +124,7 @@ def _split(soup: Soup, row: IntArray, side: IntArray, place: IntArray, at: Float
     a, b, c = side, (side + 1) % 3, (side + 2) % 3
     uv = soup.uv[row, a] + at[:, None] * (soup.uv[row, b] - soup.uv[row, a])
 
-    def pieces(old: FloatArray, new: FloatArray) -> FloatArray:
+    def pieces(old: npt.NDArray[_Value], new: npt.NDArray[_Value]) -> npt.NDArray[_Value]:
         first = np.stack([old[row, a], new, old[row, c]], axis=1)
         second = np.stack([new, old[row, b], old[row, c]], axis=1)
         whole = old.copy()

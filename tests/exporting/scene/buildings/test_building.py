@@ -17,7 +17,7 @@ from osm2xodr.opendrive import Frame, Header, frame_of
 pytest.importorskip("shapely")
 
 from osm2xodr.exporting.scene.buildings import Buildings, building_parts
-from osm2xodr.exporting.scene.ground import build_ground, on_the_ground
+from osm2xodr.exporting.scene.ground import build_ground
 from osm2xodr.exporting.scene.roads import rim_of
 
 ROAD = straight([(float(x), 20.0) for x in range(-60, 61, 20)])
@@ -45,7 +45,7 @@ def built(
 ) -> Buildings:
     surface = surface or strips(ROAD)
     passage = np.zeros(len(surface.faces), np.bool_) if passage is None else passage
-    surface = on_the_ground(surface, passage)
+    surface = replace(surface, level=np.where(passage, int(Level.GROUND), surface.level))
     ground = build_ground(surface, rim_of(surface), lambda x, y: 20.0 + slope * x, 500.0)
     return building_parts(buildings, frame(), surface, passage, ground)
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from ground_cases import areas, edges_of, rim_edges, straight, strips
 
+from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import FloatArray, IntArray
 
 pytest.importorskip("shapely")
 
-from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, find_passages, on_the_ground
+from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
 from osm2xodr.exporting.scene.roads import rim_of
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
@@ -163,8 +164,11 @@ def test_tunnels_leave_the_ground_alone_and_their_portals_open() -> None:
     rim = rim_of(surface)
     portals = np.flatnonzero(rim.beyond == Level.TUNNEL)
     assert len(portals) == 2
-    height = plane(20.0)
-    assert not find_passages(surface, height).any()
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.where(np.abs(x - 40.0) < 65.0, 20.0, 1.0)
+
+    assert settled(surface, height)[0].level.tolist() == surface.level.tolist()
     ground = made(surface, height)
     assert_sound(surface, ground, portals)
     assert (ground.heights(np.array([40.0, 40.0]), np.array([0.0, 15.0])) == 20.0).all()
@@ -188,15 +192,28 @@ def test_shallow_tunnels_are_covered() -> None:
 def test_passages_are_roads_on_the_ground() -> None:
     stations = [(-60.0, 0.0), (0.0, 0.0), (20.0, 0.0), (80.0, 0.0)]
     surface = strips(straight(stations, [Level.GROUND, Level.TUNNEL, Level.GROUND]))
-    passage = find_passages(surface, plane(0.5))
+    for unknown in (plane(np.nan), None):
+        assert not settled(surface, unknown)[1].any()
+    surface, passage = settled(surface, plane(0.5))
     assert passage.tolist() == [False, False, True, True, False, False]
-    assert not find_passages(surface, plane(np.nan)).any()
-    surface = on_the_ground(surface, passage)
     assert (surface.level == Level.GROUND).all()
     ground = made(surface, plane(0.5))
     assert_sound(surface, ground)
     # It is where the road is, and not above it.
     assert triangles(ground)[..., 2].max() == 0.5
+
+
+def test_junctions_in_tunnels_are_in_them() -> None:
+    stations = [(-60.0, 0.0), (0.0, 0.0), (20.0, 0.0), (60.0, 0.0)]
+    surface = strips(straight(stations, [Level.TUNNEL, Level.GROUND, Level.TUNNEL]))
+    found, passage = settled(surface, plane(30.0))
+    assert (found.level == Level.TUNNEL).all()
+    assert not passage.any()
+    # Not where one corner is near the ground, as beside a portal.
+    assert settled(surface, lambda x, y: np.where(x > 10.0, 30.0, 4.0))[0].level.tolist() == surface.level.tolist()
+    # Nor a road in a cutting that leads into none.
+    alone = strips(straight(stations))
+    assert (settled(alone, plane(30.0))[0].level == Level.GROUND).all()
 
 
 def test_without_heights_there_is_no_ground_but_beside_roads() -> None:
@@ -250,3 +267,29 @@ def test_the_same_roads_have_the_same_ground() -> None:
     for a, b in zip(one.parts, other.parts, strict=True):
         assert a.vertices.tobytes() == b.vertices.tobytes()
         assert a.faces.tobytes() == b.faces.tobytes()
+
+
+def test_bridges_alone_have_ground_below() -> None:
+    surface = strips(straight(LONG, [Level.BRIDGE] * (len(LONG) - 1)))
+    ground = made(surface, plane(3.0))
+    assert (terrain(ground)[:, :, 2] == 3.0).all()
+    area, _ = areas(terrain(ground))
+    assert area.sum() == pytest.approx(25.0 * ground.cells.ground.sum())
+    assert [part.name for part in ground.parts] == ["Terrain"] * 3
+    assert made(surface, None).parts == ()
+
+
+def test_coordinates_may_be_those_of_a_projection() -> None:
+    road = straight([(500_000.0 + x, z) for x, z in LONG], y=5_400_000.0)
+    surface = strips(road)
+    ground = made(surface, plane(18.0))
+    assert_sound(surface, ground)
+    found = ground.heights(np.array([500_100.0]), np.array([5_400_005.0]))
+    assert found == pytest.approx([19.5])
+
+
+def test_areas_too_large_for_the_memory_are_refused() -> None:
+    far = [(0.0, 0.0), (20.0, 0.0)]
+    surface = strips(straight(far), straight([(x + 4e5, z) for x, z in far], y=4e5))
+    with pytest.raises(InputError, match="crop"):
+        made(surface, plane(0.0))

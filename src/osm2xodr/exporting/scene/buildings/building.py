@@ -63,7 +63,9 @@ def _block(
     """Return the blocks of a building, one for each area that is left of it; None off the ground."""
     corners = shapely.get_coordinates(shapely.segmentize(item.whole, _STEP))
     below = ground.heights(corners[:, 0], corners[:, 1])
-    if not np.isfinite(below).all():
+    # At shores the elevation model may end below a building.
+    below = below[np.isfinite(below)]
+    if not len(below):
         return None
     low, high = float(below.min()), float(below.max())
     shape = SHAPES.get(building.roof_shape, "flat")

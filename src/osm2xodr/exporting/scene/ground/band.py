@@ -29,6 +29,8 @@ def band_triangles(cells: Cells, xy: FloatArray, rim: IntArray) -> IntArray:
     Of the triangles' corners those below `points` are rows of `xy`, the others corners of squares, in rows from
     south to north, after all of these.
     """
+    if not len(rim):
+        return np.zeros((0, 3), np.int64)
     nodes = np.column_stack([axis.ravel() for axis in cells.node_xy()])
     sides = _sides(cells)
     places = np.concatenate([xy, nodes])

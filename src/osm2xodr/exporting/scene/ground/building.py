@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from osm2xodr.exporting.scene.ground.band import band_triangles
 from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
+from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     APRON,
     BRIDGE_DEPTH,
@@ -27,8 +27,6 @@ from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-
-Height = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +58,7 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none; without it the
     ground is a strip beside the roads at their height. Levels of detail have the same corners at the borders of
-    tiles, whose width is `tile`, m, a multiple of 20.
+    tiles, whose width is `tile`, m, a multiple of 20. `InputError` if the roads span too much for the memory.
     """
     known = _nothing if height is None else height
     points, edges = _edge_points(surface, rim, known)

@@ -9,7 +9,8 @@ import numpy as np
 from scipy import ndimage
 
 from osm2xodr.curves import ranks
-from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, REACH, SAMPLE
+from osm2xodr.errors import InputError
+from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, MOST_CELLS, REACH, SAMPLE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Squares per side of the blocks of which the extent of the ground consists: the largest squares.
@@ -84,7 +85,7 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     """Return the squares up to `reach` metres from roads on the ground.
 
     `start` and `end`, (n, 2), are those of the rim's edges, which have the road on their left, m; `others`, (k, 2),
-    are points of roads that are not on the ground.
+    are points of roads that are not on the ground. `InputError` if they span too much for the memory.
     """
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
@@ -93,6 +94,9 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
     low, high = low - margin, high + margin + 1
     columns, rows = (high - low).tolist()
+    if columns * rows * GROUND_BLOCK**2 > MOST_CELLS:
+        extent = columns * rows * size**2 / 1e6
+        raise InputError(f"the roads span {extent:,.0f} km², too much for one scene; crop the file first")
     occupied = np.zeros((rows, columns), np.bool_)
     column, row = (np.floor(points / size).astype(np.int64) - low).T
     occupied[row, column] = True
@@ -118,6 +122,8 @@ def _closed(blocks: BoolArray, largest: int) -> BoolArray:
 def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row: int, ground: BoolArray) -> BoolArray:
     """Return which squares have a road on them or come too close to one."""
     out = np.zeros(ground.shape, np.bool_)
+    if not len(start):
+        return out
     # Half a sample lies between a point of an edge and the next one.
     off = KEEP_OFF + 0.5 * SAMPLE
     for dx in (-off, 0.0, off):

@@ -6,6 +6,8 @@ from typing import Final
 
 # Length of the smallest squares of ground, m: half a carriageway, so that slopes beside roads have a shape.
 GROUND_CELL: Final = 5.0
+# Most squares in the rectangle around a scene: 1,000 km², some 2 GB. A choice.
+MOST_CELLS: Final = 40_000_000
 # Levels of detail; each one's squares away from roads are twice as long as the finer one's. A choice.
 DETAILS: Final = 3
 # How far corners of squares keep from roads at least, m, so that no triangle is a sliver. A choice.

@@ -42,12 +42,13 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
     Unknown ones close to roads are taken for level, others stay NaN.
     """
     x, y = cells.node_xy()
-    tree = cKDTree(limits.xyz[:, :2])
+    rim = limits.xyz[limits.normal.any(1)]
     unknown = np.isnan(base)
     out = base.copy()
-    if unknown.any():
-        away, nearest = tree.query(np.column_stack([x[unknown], y[unknown]]), distance_upper_bound=APRON)
-        out[unknown] = np.append(limits.xyz[:, 2], np.nan)[np.where(np.isfinite(away), nearest, -1)]
+    if unknown.any() and len(rim):
+        at = np.column_stack([x[unknown], y[unknown]])
+        away, nearest = cKDTree(rim[:, :2]).query(at, distance_upper_bound=APRON)
+        out[unknown] = np.append(rim[:, 2], np.nan)[np.where(np.isfinite(away), nearest, -1)]
     wanted = limits.xyz[:, 2] - np.where(np.isnan(base_at), limits.xyz[:, 2], base_at)
     low, low_away = _bound(cells, limits, np.where(limits.lower, wanted, np.nan))
     high, high_away = _bound(cells, limits, np.where(limits.upper, -wanted, np.nan))
@@ -69,6 +70,8 @@ def _on_roads(cells: Cells, limits: Limits, z: FloatArray) -> None:
     x, y = cells.node_xy()
     row, column = np.nonzero(_nodes_of(cells.near))
     rim = np.flatnonzero(limits.normal.any(1))
+    if not len(rim):
+        return
     at = np.column_stack([x[row, column], y[row, column]])
     nearest = rim[cKDTree(limits.xyz[rim, :2]).query(at)[1]]
     inside = ((at - limits.xyz[nearest, :2]) * limits.normal[nearest]).sum(1) < 0.0
