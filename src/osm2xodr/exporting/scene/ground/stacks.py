@@ -12,7 +12,7 @@ from osm2xodr.exporting.scene.model import RoadSurface
 from osm2xodr.model import BoolArray, FloatArray
 
 # Triangles share a place if they do so over more than this, m²: less comes of rounding.
-_LEAST_SHARED = 1e-3
+_LEAST_SHARED = 1e-6
 
 
 def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
@@ -67,7 +67,8 @@ def _normal(corners: FloatArray) -> FloatArray:
 
 
 def _heights(corners: FloatArray, at: FloatArray) -> FloatArray:
-    """Return the heights of the planes of triangles (n, 3, 3) at x, y (n, 2), m."""
+    """Return the heights of triangles (n, 3, 3) at x, y (n, 2), m, on them."""
     normal, off = _normal(corners), at - corners[:, 0, :2]
-    out: FloatArray = corners[:, 0, 2] - (normal[:, :2] * off).sum(1) / normal[:, 2]
-    return out
+    plane = corners[:, 0, 2] - (normal[:, :2] * off).sum(1) / normal[:, 2]
+    # Planes of slivers lean anyhow.
+    return np.clip(plane, corners[:, :, 2].min(1), corners[:, :, 2].max(1))
