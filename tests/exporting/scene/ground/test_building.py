@@ -137,6 +137,8 @@ def test_roads_that_lie_over_each_other_are_met_where_they_can_be_seen() -> None
     road = areas(surface.vertices[surface.faces])[1].sum() - 8.0 * 8.0
     assert plan.sum() + road == pytest.approx(25.0 * ground.cells.ground.sum(), rel=1e-9)
     assert area.min() > 1e-6
+    # What lies over it is a bridge.
+    assert settled(surface, None)[0].level.tolist() == [Level.GROUND] * 28 + [Level.BRIDGE] * 2
     # Where edges cross there is a corner at either height.
     crossing = {tuple(row) for row in corners.reshape(-1, 3).tolist() if row[:2] == [96.0, 4.0]}
     assert crossing == {(96.0, 4.0, 20.0), (96.0, 4.0, 23.0)}

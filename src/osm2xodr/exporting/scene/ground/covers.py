@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.exporting.scene.ground.defaults import COVERED, TUNNEL_COVER
+from osm2xodr.exporting.scene.ground.stacks import stacked
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -21,14 +22,15 @@ def settled(surface: RoadSurface, height: Height | None) -> tuple[RoadSurface, B
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none. Passages through
     buildings and galleries are tunnels in OpenDRIVE, but no ground covers them: they lie on it. Junctions in tunnels
-    have no tunnel in OpenDRIVE: roads that touch one and are all deep below the ground are in it.
+    have no tunnel in OpenDRIVE: roads that touch one and are all deep below the ground are in it. What lies over
+    another road on the ground is a bridge.
     """
-    passage = np.zeros(len(surface.faces), np.bool_)
-    if height is None:
-        return surface, passage
-    passage = passages(surface, height)
-    level = np.where(passage, int(Level.GROUND), surface.level)
-    level[buried(surface, height) & ~passage] = int(Level.TUNNEL)
+    level, passage = surface.level.copy(), np.zeros(len(surface.faces), np.bool_)
+    if height is not None:
+        passage = passages(surface, height)
+        level[passage] = int(Level.GROUND)
+        level[buried(surface, height)] = int(Level.TUNNEL)
+    level[stacked(surface, level == Level.GROUND)] = int(Level.BRIDGE)
     return replace(surface, level=level), passage
 
 
