@@ -5,8 +5,8 @@
 >>> network.write("area.xodr")  # doctest: +SKIP
 
 `convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `export_scene`, `crop`, `merge` and
-`Locator` work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when
-first used.
+`Locator` work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded
+when first used.
 """
 
 from __future__ import annotations
