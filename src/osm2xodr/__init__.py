@@ -4,9 +4,9 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `export_scene`, `crop`, `merge` and `Locator`
-work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when first
-used.
+`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `export_scene`, `crop`, `merge` and
+`Locator` work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded
+when first used.
 """
 
 from __future__ import annotations

@@ -9,20 +9,18 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from osm2xodr import __version__
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.library.files import AnyPath, choose, drive_of
 from osm2xodr.library.options import paths
-from osm2xodr.surface import SurfaceOptions, expand
+from osm2xodr.surface import expand
 
 if TYPE_CHECKING:
     from osm2xodr.model import Building, FloatArray
     from osm2xodr.opendrive import Frame, OpenDrive
-    from osm2xodr.surface import DemSurface
+    from osm2xodr.surface import DemSurface, SurfaceOptions
 
 SCENE_FORMATS: Final = ("glb", "obj")
 # Width of tiles, m: 500 m as engines stream them, and 2 km, the largest and usual of CARLA's large maps
@@ -105,6 +103,7 @@ def export_scene(
     if importlib.util.find_spec("shapely") is None:
         raise InputError("scenes need the library shapely; install it: pip install 'osm2xodr[scene]'")
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
+    from osm2xodr.surface import SurfaceOptions
     from osm2xodr.system import atomic_folder, check_folder
 
     target = Path(folder)
@@ -150,6 +149,8 @@ def _ground(
     """Return what gives the height of the ground at inertial places, and the elevation models; None without any."""
     if not models:
         return None
+    import numpy as np
+
     from osm2xodr.opendrive import frame_of, sample_roads
     from osm2xodr.projection import make_frame, to_local
     from osm2xodr.surface import read_surface
@@ -186,6 +187,8 @@ def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building]
 
 def _around(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return a grid of points over an area and its surroundings, with the points themselves."""
+    import numpy as np
+
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     west, east = float(x.min()) - _MARGIN, float(x.max()) + _MARGIN
