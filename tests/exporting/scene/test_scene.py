@@ -76,7 +76,10 @@ def test_no_pier_stands_on_a_road(tmp_path: Path) -> None:
 
 
 def test_tunnels_have_walls_and_a_ceiling(tmp_path: Path) -> None:
-    scene = make_scene(crossing(tmp_path, height=-8.0, more=TUNNEL), 0.05, 10.0, level, None, 500.0)
+    def hill(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.where(np.abs(y) < 28.0, 0.0, -8.0)
+
+    scene = make_scene(crossing(tmp_path, height=-8.0, more=TUNNEL), 0.05, 10.0, hill, None, 500.0)
     tube = part(scene, "Tunnel")
     assert tube.vertices[:, 2].max() == pytest.approx(-8.0 + 5.0 + 0.12)
     assert np.abs(tube.vertices[:, 1]).max() == pytest.approx(30.0)
