@@ -216,7 +216,9 @@ def test_junctions_in_tunnels_are_in_them() -> None:
     # Nor roads in a cutting that lead into none, or into one and out of the file.
     for levels in ([Level.GROUND] * 3, [Level.GROUND, Level.GROUND, Level.TUNNEL]):
         alone = strips(straight(stations, levels))
-        assert settled(alone, plane(30.0))[0].level.tolist() == alone.level.tolist()
+        assert settled(alone, plane(14.0))[0].level.tolist() == alone.level.tolist()
+    # No cutting is as deep.
+    assert (settled(alone, plane(16.0))[0].level == Level.TUNNEL).all()
 
 
 def test_without_heights_there_is_no_ground_but_beside_roads() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.exporting.scene.ground.defaults import COVERED, TUNNEL_COVER
+from osm2xodr.exporting.scene.ground.defaults import COVERED, DEEPEST_CUT, TUNNEL_COVER
 from osm2xodr.exporting.scene.ground.stacks import stacked
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -22,7 +22,7 @@ def settled(surface: RoadSurface, height: Height | None) -> tuple[RoadSurface, B
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none. Passages through
     buildings and galleries are tunnels in OpenDRIVE, but no ground covers them: they lie on it. Junctions in tunnels
-    have no tunnel in OpenDRIVE: roads between portals that are all deep below the ground are in them. What lies over
+    have no tunnel in OpenDRIVE: roads at portals that are deep below the ground all over are in them. What lies over
     another road on the ground is a bridge.
     """
     level, passage = surface.level.copy(), np.zeros(len(surface.faces), np.bool_)
@@ -51,14 +51,16 @@ def passages(surface: RoadSurface, height: Height) -> BoolArray:
 
 
 def buried(surface: RoadSurface, height: Height) -> BoolArray:
-    """Return which triangles on the ground belong to roads between tunnels that lie as deep all over, (n,)."""
+    """Return which triangles on the ground belong to roads at tunnels that lie as deep all over, (n,)."""
     rows, group, depth = _groups(surface, Level.GROUND, height)
     portals = _portals(surface, rows, group)
     # Where the ground is not known nothing is deep.
-    high = np.bincount(group[~(depth > TUNNEL_COVER)], minlength=len(portals)) > 0
+    high, lower = (
+        np.bincount(group[~(depth > least)], minlength=len(portals)) > 0 for least in (TUNNEL_COVER, DEEPEST_CUT)
+    )
     out = np.zeros(len(surface.faces), np.bool_)
-    # A road in a cutting leads into one tunnel, and on out of the file.
-    out[rows] = (~high & (portals > 1))[group]
+    # A road in a cutting may lead into one tunnel, and on out of the file.
+    out[rows] = ((~high & (portals > 1)) | (~lower & (portals > 0)))[group]
     return out
 
 

@@ -63,7 +63,8 @@ def _crossings(surface: RoadSurface, ground: BoolArray) -> FloatArray:
 
 
 def _normal(corners: FloatArray) -> FloatArray:
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    out: FloatArray = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return out
 
 
 def _heights(corners: FloatArray, at: FloatArray) -> FloatArray:
@@ -71,4 +72,5 @@ def _heights(corners: FloatArray, at: FloatArray) -> FloatArray:
     normal, off = _normal(corners), at - corners[:, 0, :2]
     plane = corners[:, 0, 2] - (normal[:, :2] * off).sum(1) / normal[:, 2]
     # Planes of slivers lean anyhow.
-    return np.clip(plane, corners[:, :, 2].min(1), corners[:, :, 2].max(1))
+    out: FloatArray = np.clip(plane, corners[:, :, 2].min(1), corners[:, :, 2].max(1))
+    return out
