@@ -213,9 +213,12 @@ def test_junctions_in_tunnels_are_in_them() -> None:
     assert not passage.any()
     # Not where one corner is near the ground, as beside a portal.
     assert settled(surface, lambda x, y: np.where(x > 10.0, 30.0, 4.0))[0].level.tolist() == surface.level.tolist()
-    # Nor a road in a cutting that leads into none.
-    alone = strips(straight(stations))
-    assert (settled(alone, plane(30.0))[0].level == Level.GROUND).all()
+    # Nor roads in a cutting that lead into none, or into one and out of the file.
+    for levels in ([Level.GROUND] * 3, [Level.GROUND, Level.GROUND, Level.TUNNEL]):
+        alone = strips(straight(stations, levels))
+        assert settled(alone, plane(14.0))[0].level.tolist() == alone.level.tolist()
+    # No cutting is as deep.
+    assert (settled(alone, plane(16.0))[0].level == Level.TUNNEL).all()
 
 
 def test_without_heights_there_is_no_ground_but_beside_roads() -> None:

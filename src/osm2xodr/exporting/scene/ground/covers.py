@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.exporting.scene.ground.defaults import COVERED, TUNNEL_COVER
+from osm2xodr.exporting.scene.ground.defaults import COVERED, DEEPEST_CUT, TUNNEL_COVER
 from osm2xodr.exporting.scene.ground.stacks import stacked
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -22,7 +22,7 @@ def settled(surface: RoadSurface, height: Height | None) -> tuple[RoadSurface, B
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none. Passages through
     buildings and galleries are tunnels in OpenDRIVE, but no ground covers them: they lie on it. Junctions in tunnels
-    have no tunnel in OpenDRIVE: roads that touch one and are all deep below the ground are in it. What lies over
+    have no tunnel in OpenDRIVE: roads at portals that are deep below the ground all over are in them. What lies over
     another road on the ground is a bridge.
     """
     level, passage = surface.level.copy(), np.zeros(len(surface.faces), np.bool_)
@@ -51,16 +51,33 @@ def passages(surface: RoadSurface, height: Height) -> BoolArray:
 
 
 def buried(surface: RoadSurface, height: Height) -> BoolArray:
-    """Return which triangles on the ground belong to roads that touch a tunnel and lie as deep all over, (n,)."""
+    """Return which triangles on the ground belong to roads at tunnels that lie as deep all over, (n,)."""
     rows, group, depth = _groups(surface, Level.GROUND, height)
-    in_tunnel = np.unique(surface.faces[surface.level == Level.TUNNEL])
-    touches = np.isin(surface.faces[rows], in_tunnel).any(1)
-    count = int(group.max(initial=-1)) + 1
+    portals = _portals(surface, rows, group)
     # Where the ground is not known nothing is deep.
-    high = np.bincount(group[~(depth > TUNNEL_COVER)], minlength=count) > 0
+    high, lower = (
+        np.bincount(group[~(depth > least)], minlength=len(portals)) > 0 for least in (TUNNEL_COVER, DEEPEST_CUT)
+    )
     out = np.zeros(len(surface.faces), np.bool_)
-    out[rows] = (~high & (np.bincount(group[touches], minlength=count) > 0))[group]
+    # A road in a cutting may lead into one tunnel, and on out of the file.
+    out[rows] = ((~high & (portals > 1)) | (~lower & (portals > 0)))[group]
     return out
+
+
+def _portals(surface: RoadSurface, rows: IntArray, group: IntArray) -> IntArray:
+    """Return how many portals of tunnels each group of triangles on the ground has."""
+    count = len(surface.vertices)
+    tunnel = surface.faces[surface.level == Level.TUNNEL]
+    there = tunnel.ravel() * count + np.roll(tunnel, -1, axis=1).ravel()
+    start, end = surface.faces[rows].ravel(), np.roll(surface.faces[rows], -1, axis=1).ravel()
+    shared = np.isin(end * count + start, there)
+    # Steps at kerbs do not part a portal.
+    place = np.unique(surface.vertices[:, :2], axis=0, return_inverse=True)[1].ravel()
+    start, end = place[start[shared]], place[end[shared]]
+    links = coo_matrix((np.ones(len(start)), (start, end)), shape=(count, count))
+    portal = connected_components(links, directed=False)[1][start]
+    found = np.unique(np.column_stack([np.repeat(group, 3)[shared], portal]), axis=0)
+    return np.bincount(found[:, 0], minlength=int(group.max(initial=-1)) + 1)
 
 
 def _groups(surface: RoadSurface, level: Level, height: Height) -> tuple[IntArray, IntArray, FloatArray]:

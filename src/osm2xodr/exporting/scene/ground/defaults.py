@@ -36,6 +36,8 @@ COVERED: Final = 2.5
 # far from where their edges cross such places are looked for, m. Choices.
 STACKED: Final = 0.5
 STACK_REACH: Final = 100.0
+# Roads that begin at a portal and lie deeper than this all over are in the tunnel, m: cuttings are not. A choice.
+DEEPEST_CUT: Final = 15.0
 # From the road of a bridge down to the ground below at least, m: its deck of 1 m, and a little.
 BRIDGE_DEPTH: Final = 1.2
 # Largest distance between points that stand for edges and faces of roads, m. A fifth of a square.

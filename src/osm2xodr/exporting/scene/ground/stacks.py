@@ -63,7 +63,6 @@ def _crossings(surface: RoadSurface, ground: BoolArray) -> FloatArray:
 
 
 def _normal(corners: FloatArray) -> FloatArray:
-    """Return the normals of triangles (n, 3, 3), twice as long as their areas."""
     out: FloatArray = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return out
 
