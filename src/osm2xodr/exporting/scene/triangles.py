@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 from osm2xodr.exporting.scene.overlaps import GRID, LEVEL_APART
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Places closer together are one, m: twice what rounding to `GRID` moves a corner.
-ONE_PLACE: Final = 2 * GRID
+# Places closer together are one, m: more than rounding to `GRID` moves two corners apart, and no multiple of it.
+ONE_PLACE: Final = 2.5 * GRID
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015
 _Value = TypeVar("_Value", np.int64, np.float64)
