@@ -59,7 +59,8 @@ def _crossings(surface: RoadSurface, ground: BoolArray) -> FloatArray:
     order = np.lexsort((more[:, 1], more[:, 0]))
     more = more[order]
     same = (more[1:, :2] == more[:-1, :2]).all(1) & (np.abs(np.diff(more[:, 2])) > STACKED)
-    return more[1:][same][:, :2]
+    out: FloatArray = more[1:][same][:, :2]
+    return out
 
 
 def _normal(corners: FloatArray) -> FloatArray:
