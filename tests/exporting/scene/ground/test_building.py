@@ -112,15 +112,15 @@ def test_islands_in_a_loop_are_closed() -> None:
 
 
 def test_carriageways_at_different_heights_have_a_wall_between_them() -> None:
-    upper = straight([(x, 24.0) for x, _ in LONG], y=10.0)
+    upper = straight([(x, 26.0) for x, _ in LONG], y=10.0)
     surface = strips(straight(LONG), upper)
     ground = made(surface, plane(20.0))
     assert_sound(surface, ground)
     (wall,) = (part for part in ground.parts if part.name == "Retaining_Wall")
     assert wall.material == "concrete"
     area, _ = areas(wall.vertices[wall.faces])
-    # 280 m long, 2 m wide and 4 m high.
-    assert area.sum() == pytest.approx(280.0 * np.hypot(2.0, 4.0), rel=0.02)
+    # 280 m long, 2 m wide and 6 m high.
+    assert area.sum() == pytest.approx(280.0 * np.hypot(2.0, 6.0), rel=0.02)
     between = terrain(ground).reshape(-1, 3)
     along = (between[:, 0] > -40.0) & (between[:, 0] < 240.0)
     assert not ((between[:, 1] > 4.0) & (between[:, 1] < 6.0) & along).any()

@@ -23,7 +23,7 @@ SLOPE: Final = 0.5
 # heights may be close, m. A choice.
 CLASH_REACH: Final = 60.0
 # Ground steeper than this, rise per metre, and higher than that, m, is a wall. Choices.
-GROUND_WALL_SLOPE: Final = 1.5
+GROUND_WALL_SLOPE: Final = 2.0
 GROUND_WALL_HEIGHT: Final = 0.5
 # Height of the opening of tunnels, and from their road to the ground above, m: RABT's clearance of 4.5 m, and
 # 0.5 m each for signs and the ceiling.
