@@ -26,6 +26,7 @@ HOMES = {
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
     "rasterio": {"surface.grids", "fetching"},
+    "shapely": {"exporting.scene", "exporting.scene.ground", "exporting.scene.buildings"},
     "lxml": {"checking.checks", "parts"},
     "distributed": {"batch.workers"},
     "tomli": {"batch"},
@@ -203,8 +204,8 @@ def test_runtime_dependencies_are_those_that_are_imported() -> None:
     required = importlib.metadata.requires("osm2xodr") or []
     declared = {re.split(r"[^\w-]", item)[0] for item in required if "extra ==" not in item}
     # What an option needs that not everybody uses.
-    optional = {"distributed"}
-    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .batch.", item)}
+    optional = {"distributed", "shapely"}
+    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .(batch|scene).", item)}
     assert optional == extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}

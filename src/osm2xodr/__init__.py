@@ -4,8 +4,9 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `crop`, `merge` and `Locator` work with
-OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when first used.
+`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `export_scene`, `crop`, `merge` and
+`Locator` work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded
+when first used.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
         convert as convert,
         crop as crop,
         export as export,
+        export_scene as export_scene,
         merge as merge,
         read as read,
         render as render,
@@ -46,7 +48,18 @@ __version__ = "0.1.0"
 _EXPORTS = {
     "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
     "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
-    "library": ("ConvertOptions", "check", "convert", "crop", "export", "merge", "read", "render", "report"),
+    "library": (
+        "ConvertOptions",
+        "check",
+        "convert",
+        "crop",
+        "export",
+        "export_scene",
+        "merge",
+        "read",
+        "render",
+        "report",
+    ),
     "opendrive": ("Locator",),
     "reporting": ("Conversion", "Written"),
     "xodrWriter": ("WriteOptions",),

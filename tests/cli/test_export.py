@@ -108,3 +108,41 @@ def test_what_cannot_be_exported(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert export(path, "a.geojson") == 1
     assert "GeoJSON is always in WGS 84" in capsys.readouterr().err
     assert [item.name for item in tmp_path.iterdir()] == ["map.xodr"]
+
+
+def test_scenes(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = path.parent / "scene"
+    assert main(["export", str(path), "--scene", str(target)]) == 0
+    assert "files" in capsys.readouterr().err
+    assert (target / "scene.json").is_file()
+    assert main(["export", str(path), "--scene", str(target)]) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    assert main(["export", str(path), "--scene", str(target), "--format", "obj", "--overwrite"]) == 0
+    assert (target / "scene.mtl").is_file()
+    assert not list(target.glob("*.glb"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["-o", "a.glb", "--scene", "s"],
+        ["-o", "a.glb", "--tile", "500"],
+        ["--scene", "s", "--layers", "roads"],
+        ["--scene", "s", "--format", "geojson"],
+        ["--scene", "s", "--tile", "30"],
+    ],
+)
+def test_options_that_exclude_each_other(path: Path, arguments: list[str], tmp_path: Path) -> None:
+    places = [str(tmp_path / word) if word in {"a.glb", "s"} else word for word in arguments]
+    assert main(["export", str(path), *places]) == 2
+    assert not (tmp_path / "s").exists()
+    assert not (tmp_path / "a.glb").exists()
+
+
+def test_scenes_without_their_library(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["export", str(path), "--scene", str(path.parent / "scene")]) == 1
+    assert "pip install 'osm2xodr[scene]'" in capsys.readouterr().err

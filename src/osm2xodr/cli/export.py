@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 
 from osm2xodr.cli.options import (
+    PATH,
+    DemCommand,
     check_targets,
+    declared_options,
+    dem_option,
     file_argument,
     limit_options,
-    output_option,
     overwrite_option,
     quiet_option,
 )
@@ -20,15 +23,22 @@ from osm2xodr.library import (
     EXPORT_FORMATS,
     EXPORT_LAYERS,
     EXPORT_PROJECTORS,
+    SCENE_FORMATS,
     export_format,
     materials_file,
     projector_file,
 )
+from osm2xodr.surface import expand
 from osm2xodr.system import label
+
+# Options of scenes, and those of single files: each is refused with the other.
+_OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "osm", "tile", "carla")
+_OF_FILES: Final = ("layers", "projector")
 
 
 @click.command(
-    short_help="Write a road network as GeoJSON, OBJ, glTF or Lanelet2.",
+    cls=DemCommand,
+    short_help="Write a road network as GeoJSON, OBJ, glTF, Lanelet2 or a scene.",
     epilog="""\b
 Examples:
   osm2xodr export area.xodr -o area.geojson
@@ -36,16 +46,22 @@ Examples:
   osm2xodr export area.xodr -o area.glb
   osm2xodr export area.xodr -o area.obj --up y
   osm2xodr export area.xodr --to lanelet2 -o map/lanelet2_map.osm --projector mgrs
+  osm2xodr export area.xodr --scene scene --dem dem.tif --osm area.osm
 
 GeoJSON is in WGS 84 with heights, for QGIS and web maps. OBJ and glTF hold the surface of the lanes in metres, with
 one material per type of lane; z is up in OBJ unless --up says otherwise, y is always up in glTF. OBJ comes with a
 file of materials of the same name and .mtl. Lanelet2 (.osm) is OSM XML with heights, as Lanelet2's own library,
 Autoware and CommonRoad read it; --projector adds map_projector_info.yaml beside it for Autoware.
 
+--scene writes all there is to see into a folder, for Unreal, Blender and CARLA: roads without overlap, marks, kerbs,
+crosswalks, signs and lights, bridges, tunnels and the ground, in tiles; docs/scene.md says more. It needs the extra
+"scene" (pip install 'osm2xodr[scene]').
+
 Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
-@output_option("File")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; - for standard output.")
+@click.option("--scene", type=PATH, metavar="DIR", help="Write a scene into this folder instead.")
 @click.option(
     "--format",
     "--to",
@@ -60,6 +76,11 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
     type=click.Choice(EXPORT_PROJECTORS),
     help="Coordinates of Lanelet2 that Autoware reads: those of FILE, or MGRS.  [default: local, without its file]",
 )
+@dem_option("Elevation models for the ground of a scene")
+@declared_options(("dem_crs", "dem_unit"))
+@click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file whose buildings a scene has.")
+@click.option("--tile", type=float, metavar="M", help="Width of a scene's tiles.  [default: 500; 2000 for CARLA]")
+@click.option("--carla", metavar="NAME", help="Name tiles as CARLA's importer wants those of the large map NAME.")
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0.001),
@@ -79,8 +100,30 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 @overwrite_option
 @quiet_option
 @limit_options
-def export(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> None:
-    """Write the roads of the OpenDRIVE FILE for programs that show maps (GeoJSON), scenes (OBJ, glTF), or drive."""
+def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool, quiet: bool, **how: Any) -> None:
+    """Write the roads of the OpenDRIVE FILE for programs that show maps (GeoJSON), scenes (OBJ, glTF), or drive.
+
+    Give -o or --scene.
+    """
+    said: list[str] = []
+    if (output is None) == (scene is None):
+        raise click.UsageError("give one of -o and --scene")
+    unused = _OF_FILES if output is None else _OF_SCENES
+    for name in unused:
+        if how.pop(name):
+            where = "files" if output is None else "scenes"
+            raise click.UsageError(f"--{name.replace('_', '-')} is for {where} alone; leave it out")
+    if output is not None:
+        said = _file(file, output, overwrite, how)
+    elif scene is not None:
+        said = _scene(file, scene, overwrite, how)
+    if not quiet:
+        for line in said:
+            click.echo(f"osm2xodr: {line}", err=True)
+
+
+def _file(file: Path, output: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
+    """Write one file and what comes with it, and return what to say."""
     form = export_format(output, how["format"])
     library, info = materials_file(output, form), projector_file(output, form, how["projector"])
     targets = [("-o", output), *([("the file of materials", library)] if library else [])]
@@ -92,6 +135,22 @@ def export(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -
     network = read(file)
     lost: list[str] = []
     files = run(network, output, say=lost.append, **how)
-    if not quiet:
-        for line in (*caveats(network), *lost, f"wrote {' and '.join(map(label, files))}"):
-            click.echo(f"osm2xodr: {line}", err=True)
+    return [*caveats(network), *lost, f"wrote {' and '.join(map(label, files))}"]
+
+
+def _scene(file: Path, scene: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
+    """Write a scene, and return what to say."""
+    form = how.pop("format") or SCENE_FORMATS[0]
+    if form not in SCENE_FORMATS:
+        raise click.UsageError(f"--format {form} is for files alone; scenes are {' or '.join(SCENE_FORMATS)}")
+    if scene.is_dir() and any(scene.iterdir()) and not overwrite:
+        raise click.UsageError(f"{scene} exists; give another folder, or --overwrite to replace it")
+    how["dem"] = expand(how["dem"])
+    from osm2xodr.library import export_scene, read
+    from osm2xodr.opendrive import caveats
+
+    network = read(file)
+    lost: list[str] = []
+    files = export_scene(network, scene, say=lost.append, format=form, **{**how, "carla": how["carla"] or ""})
+    size = sum(path.stat().st_size for path in files) / 1e6
+    return [*caveats(network), *lost, f"wrote {scene} ({len(files):,} files, {size:,.1f} MB)"]

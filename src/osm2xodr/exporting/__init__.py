@@ -1,16 +1,30 @@
 """Road networks for other programs: GeoJSON for maps, OBJ and glTF for 3D scenes, Lanelet2 for automated driving.
 
 The formats are simple enough to write without a library, and faster so: a whole city is a few array operations and
-one pass of text.
+one pass of text. Whole scenes (`scene`) need shapely, which not everybody has.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from osm2xodr.exporting.geojson import LAYERS, write_geojson
 from osm2xodr.exporting.gltf import write_glb
 from osm2xodr.exporting.lanelet2 import PROJECTORS, projector_info, write_lanelet2
 from osm2xodr.exporting.mesh import RoadMesh, road_mesh
 from osm2xodr.exporting.wavefront import material_library, write_obj
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.exporting.scene import (
+        MANIFEST as MANIFEST,
+        Scene as Scene,
+        SceneFormat as SceneFormat,
+        make_scene as make_scene,
+        write_scene as write_scene,
+    )
+
+__getattr__ = lazy_exports(__name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "write_scene")})
 
 __all__ = [
     "LAYERS",

@@ -33,6 +33,12 @@ if TYPE_CHECKING:
         Declaration as Declaration,
     )
     from osm2xodr.library.parts import crop as crop, merge as merge
+    from osm2xodr.library.scenes import (
+        CARLA_TILE as CARLA_TILE,
+        SCENE_FORMATS as SCENE_FORMATS,
+        SCENE_TILE as SCENE_TILE,
+        export_scene as export_scene,
+    )
 
 __getattr__ = lazy_exports(
     __name__,
@@ -58,6 +64,7 @@ __getattr__ = lazy_exports(
             "report",
         ),
         "parts": ("crop", "merge"),
+        "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
         "options": ("ConvertOptions", "DECLARATIONS", "Declaration"),
     },
 )

@@ -8,6 +8,7 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
+from osm2xodr.model.buildings import Building
 from osm2xodr.model.corrections import EVERY_LANE, Corrections, NodeCorrection, WayCorrection, applied, unused
 from osm2xodr.model.furniture import (
     Controller,
@@ -98,8 +99,12 @@ __all__ = [
     "BoolArray",
     "BorderEnd",
     "Borders",
+<<<<<<< HEAD
     "BoundaryEdge",
     "BoundaryJoint",
+=======
+    "Building",
+>>>>>>> h-scene
     "BusStop",
     "Connection",
     "Controller",

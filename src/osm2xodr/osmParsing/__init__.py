@@ -6,7 +6,8 @@
 - `tags` knows what the tags of ways mean (start with `tags.cross_sections`),
 - `corrections` applies what users know better,
 - `network` makes streets and intersections of ways, and reads relations between them,
-- `roadside` finds footways and things beside streets.
+- `roadside` finds footways and things beside streets,
+- `buildings` reads what stands beside the roads of a scene.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.osmParsing.buildings import read_buildings as read_buildings
     from osm2xodr.osmParsing.corrections import (
         CORRECTION_KEYS as CORRECTION_KEYS,
         drops_relation as drops_relation,
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "buildings": ("read_buildings",),
         "corrections": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
             "OsmFile",

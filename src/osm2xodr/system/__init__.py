@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         stream_to as stream_to,
         unpacked as unpacked,
     )
+    from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
     from osm2xodr.system.limits import (
         LEAST_MEMORY as LEAST_MEMORY,
         TimeLimitError as TimeLimitError,
@@ -61,6 +62,7 @@ __getattr__ = lazy_exports(
             "stream_to",
             "unpacked",
         ),
+        "folders": ("atomic_folder", "check_folder"),
         "limits": (
             "LEAST_MEMORY",
             "TimeLimitError",

@@ -8,7 +8,7 @@ in hue.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr.model import FloatArray
+from osm2xodr.shapes import colours_by_name
 
 Colour = str
 Pixels = npt.NDArray[np.uint8]
@@ -32,12 +33,6 @@ ERROR: Final = ("#0b3c7f", "#2f74b9", "#86b6da", "#e9ecec", "#f2b577", "#cf6a1c"
 UNKNOWN_COLOUR: Final = "#b9a7c9"
 # Least difference between the ends of a ramp, in its unit, so that equal ends divide nothing by 0.
 _LEAST_RANGE: Final = 1e-12
-
-
-def colours_by_name(names_of: Mapping[Colour, str]) -> Mapping[str, Colour]:
-    """Return colours by name, from the names that share each colour."""
-    return MappingProxyType({name: colour for colour, names in names_of.items() for name in names.split()})
-
 
 # Types of lanes; others have the colour `LANE_OTHER`.
 LANE_TYPES: Final = colours_by_name(

@@ -12,6 +12,7 @@ import numpy as np
 
 from osm2xodr.curves import runs
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive import OpenDrive
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +93,18 @@ class Scene:
             lane_start=np.concatenate(([0], np.cumsum(np.diff(self.lane_start)[strips]))),
             **{name: getattr(self, name)[rows] for names, rows in parts.items() for name in names},
         )
+
+
+def junction_places(file: OpenDrive, scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """Return x and y of the middle of each junction's roads, (junctions,), m; NaN for junctions without roads."""
+    n = len(file.junctions.id)
+    junction = file.roads.junction[scene.station_road]
+    rows = np.flatnonzero((junction >= 0) & (junction < n))
+    count = np.bincount(junction[rows], minlength=n)
+    with np.errstate(invalid="ignore"):
+        x = np.bincount(junction[rows], weights=scene.x[rows], minlength=n) / count
+        y = np.bincount(junction[rows], weights=scene.y[rows], minlength=n) / count
+    return x, y
 
 
 def _rows(start: IntArray, strips: IntArray) -> IntArray:

@@ -14,9 +14,9 @@ from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, s
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import OpenDrive
-from osm2xodr.viewing import PictureOptions, forms
+from osm2xodr.shapes import forms, placed_objects
+from osm2xodr.viewing import PictureOptions
 from osm2xodr.viewing.colours import Ramp
-from osm2xodr.viewing.furniture import placed_objects
 from osm2xodr.viewing.picture.contents import Picture, make_picture
 from osm2xodr.viewing.picture.details import mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.osmParsing.file.areas import RawArea, read_areas
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
@@ -24,6 +25,7 @@ __all__ = [
     "UNITS_PER_DEGREE",
     "OsmFile",
     "OtherWays",
+    "RawArea",
     "RawNodes",
     "RawRelation",
     "RawWay",
@@ -32,6 +34,7 @@ __all__ = [
     "element_places",
     "handle",
     "open_osm_file",
+    "read_areas",
     "read_nodes",
     "read_ways",
     "readable",

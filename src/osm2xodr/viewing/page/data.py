@@ -12,17 +12,16 @@ import numpy.typing as npt
 from osm2xodr import defaults
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
+from osm2xodr.shapes import Structures, mark_pattern, structures_of
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.credits import credits_of
-from osm2xodr.viewing.forms import mark_pattern
-from osm2xodr.viewing.furniture import Structures, junction_places, structures_of
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
 from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
 from osm2xodr.viewing.page.lanes import lane_arrays
 from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
 from osm2xodr.viewing.page.things import Objects, drawing_rules, objects_of, signal_info
-from osm2xodr.viewing.scene import Scene
+from osm2xodr.viewing.scene import Scene, junction_places
 from osm2xodr.viewing.strips import border_marks
 from osm2xodr.viewing.unmeasured import unmeasured
 

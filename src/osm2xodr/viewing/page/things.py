@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from osm2xodr.opendrive import OpenDrive, pose
-from osm2xodr.viewing.forms import (
+from osm2xodr.opendrive import OpenDrive
+from osm2xodr.shapes import (
     DASH,
     DASH_GAP,
     DRAWN_MARK_WIDTH,
@@ -20,14 +19,17 @@ from osm2xodr.viewing.forms import (
     SYMBOL,
     Area,
     Disc,
+    PlacedObject,
     Symbol,
     face_of,
     forms_of,
+    headings,
     in_layers,
     is_painted,
+    placed_objects,
+    placed_signals,
     type_of,
 )
-from osm2xodr.viewing.furniture import PlacedObject, PlacedSignal, placed_objects, placed_signals
 from osm2xodr.viewing.page.packing import Packed, quantised, rounded
 
 _CENTIMETRE = 0.01
@@ -106,14 +108,14 @@ def signal_info(file: OpenDrive, x0: float, y0: float) -> dict[str, Any]:
     signals = placed_signals(file)
     faces: dict[str, int] = {}
     symbols: list[Symbol] = []
-    headings = _headings(file, signals)
+    facing = headings(file, signals)
     rows = []
     by_id: dict[str, list[int]] = {}
     referring: dict[str, list[int]] = {}
     for item in file.furniture:
         if item.kind == "signalReference" and item.road >= 0:
             referring.setdefault(item.attributes.get("id", ""), []).append(item.road)
-    for k, (signal, heading) in enumerate(zip(signals, headings, strict=True)):
+    for k, (signal, heading) in enumerate(zip(signals, facing, strict=True)):
         item = signal.item
         symbol = face_of(signal)
         face = faces.setdefault(repr(symbol), len(faces))
@@ -169,15 +171,3 @@ def drawing_rules() -> dict[str, float]:
         "smallest_symbol": SMALLEST_SYMBOL,
         "largest_symbol": LARGEST_SYMBOL,
     }
-
-
-def _headings(file: OpenDrive, signals: list[PlacedSignal]) -> list[float]:
-    """Return the direction in which each signal's face looks, rad: against the traffic that it is for."""
-    road = np.array([signal.item.road for signal in signals], np.int64)
-    along = pose(file, road, np.array([signal.item.s for signal in signals], np.float64))[2]
-    out = []
-    for signal, heading in zip(signals, along.tolist(), strict=True):
-        own = signal.item.hdg
-        turn = 0.0 if signal.item.attributes.get("orientation") == "-" else math.pi
-        out.append(math.remainder(heading + turn + (0.0 if math.isnan(own) else own), 2.0 * math.pi))
-    return out

@@ -13,10 +13,10 @@ import numpy as np
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
+from osm2xodr.shapes import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of
-from osm2xodr.viewing.forms import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines

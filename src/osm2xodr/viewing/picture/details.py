@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
-from osm2xodr.viewing.forms import (
+from osm2xodr.shapes import (
     DASH,
     DASH_GAP,
     DRAWN_MARK_WIDTH,
@@ -26,8 +26,9 @@ from osm2xodr.viewing.forms import (
     forms_of,
     in_layers,
     mark_pattern,
+    placed_objects,
+    placed_signals,
 )
-from osm2xodr.viewing.furniture import placed_objects, placed_signals
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 
 _Pixels = Callable[[float, float], tuple[float, float]]

@@ -1,4 +1,4 @@
-"""Where signals and objects stand, which roads are bridges or tunnels, and where junctions lie."""
+"""Where signals and objects stand, and which roads are bridges or tunnels."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
-from osm2xodr.viewing.scene import Scene
 
 # Bridges and tunnels of each road: kind, from s to s (m) and name.
 Structures: TypeAlias = dict[int, list[tuple[str, float, float, str]]]
@@ -90,6 +89,18 @@ def placed_objects(file: OpenDrive, roads: frozenset[int] | None = None) -> list
     return out
 
 
+def headings(file: OpenDrive, signals: Sequence[PlacedSignal]) -> list[float]:
+    """Return the direction in which each signal's face looks, rad: against the traffic that it is for."""
+    road = np.array([signal.item.road for signal in signals], np.int64)
+    along = pose(file, road, np.array([signal.item.s for signal in signals], np.float64))[2]
+    out = []
+    for signal, heading in zip(signals, along.tolist(), strict=True):
+        own = signal.item.hdg
+        turn = 0.0 if signal.item.attributes.get("orientation") == "-" else math.pi
+        out.append(math.remainder(heading + turn + (0.0 if math.isnan(own) else own), 2.0 * math.pi))
+    return out
+
+
 def _is_on(item: Furniture, roads: frozenset[int] | None) -> bool:
     """Whether an item stands on a road, or on one of some roads."""
     return item.road >= 0 if roads is None else item.road in roads
@@ -103,18 +114,6 @@ def structures_of(file: OpenDrive) -> Structures:
             name = item.attributes.get("name", "")
             out.setdefault(item.road, []).append((item.kind, item.s, item.s + item.length, name))
     return out
-
-
-def junction_places(file: OpenDrive, scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of the middle of each junction's roads, (junctions,), m; NaN for junctions without roads."""
-    n = len(file.junctions.id)
-    junction = file.roads.junction[scene.station_road]
-    rows = np.flatnonzero((junction >= 0) & (junction < n))
-    count = np.bincount(junction[rows], minlength=n)
-    with np.errstate(invalid="ignore"):
-        x = np.bincount(junction[rows], weights=scene.x[rows], minlength=n) / count
-        y = np.bincount(junction[rows], weights=scene.y[rows], minlength=n) / count
-    return x, y
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.viewing import forms
+from osm2xodr.shapes import forms
 
 WHITE = forms.WHITE
 

@@ -1,25 +1,31 @@
 """What is painted on roads and stands beside them, as areas, discs and lines in metres; faces of signs and lights.
 
-Page and picture draw the same forms. Outlines on the road have corners u forward, v to the left, m; symbols x to the
-right, y down, in sizes of the symbol.
+Page, picture and exported scene show the same forms. Outlines on the road have corners u forward, v to the left, m;
+symbols x to the right, y down, in sizes of the symbol.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final, TypeAlias
 
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.viewing.colours import colours_by_name
-from osm2xodr.viewing.furniture import PlacedObject, PlacedSignal
+from osm2xodr.shapes.placing import PlacedObject, PlacedSignal
 
 Corners: TypeAlias = list[tuple[float, float]]
 # Parts of a symbol, the lowest first, each with its colour
 Symbol: TypeAlias = list[tuple[Corners, str]]
+
+
+def colours_by_name(names_of: Mapping[str, str]) -> Mapping[str, str]:
+    """Return colours by name, from the names that share each colour."""
+    return MappingProxyType({name: colour for colour, names in names_of.items() for name in names.split()})
+
 
 RED, AMBER, GREEN, DARK, WHITE, BLUE = "#c1272d", "#f2b134", "#3fa35b", "#1d2630", "#ffffff", "#2f74b9"
 # Pixels per metre from which marks, and objects and signals are drawn.

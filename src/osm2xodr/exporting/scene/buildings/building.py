@@ -1,0 +1,96 @@
+"""Buildings as parts of a scene: walls between their outlines and their roofs, on the ground and off the roads."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from osm2xodr.exporting.scene.buildings.defaults import STOREY, SUNK
+from osm2xodr.exporting.scene.buildings.heights import heights_of
+from osm2xodr.exporting.scene.buildings.meshes import Block, meshes_of
+from osm2xodr.exporting.scene.buildings.outlines import Footprint, footprints_of
+from osm2xodr.exporting.scene.buildings.roofs import SHAPES, box_of
+from osm2xodr.exporting.scene.ground import Ground
+from osm2xodr.exporting.scene.model import Part, RoadSurface
+from osm2xodr.model import BoolArray, Building
+from osm2xodr.opendrive import Frame
+
+# Between points of an outline at which the ground below it is looked up, m: half of its smallest squares.
+_STEP = 2.5
+
+
+@dataclass(frozen=True, eq=False)
+class Buildings:
+    """Buildings of a scene, and what became of those that were given."""
+
+    parts: tuple[Part, ...]  # ``Building`` of the materials ``wall`` and ``roof``
+    # OSM ids of buildings: ``drawn``; of these ``guessed`` (no tag gives a height), ``flat`` (whose roof has another
+    # shape), ``clipped`` (roads take some of their area) and ``repaired`` (outlines that cross themselves); left out
+    # ``on_roads`` (these take most of their area) and ``off_ground``
+    ids: Mapping[str, tuple[str, ...]]
+
+
+def building_parts(
+    buildings: Sequence[Building], frame: Frame, surface: RoadSurface, passage: BoolArray, ground: Ground
+) -> Buildings:
+    """Return buildings that stand on the ground and leave roads free.
+
+    `frame` turns their places into inertial x, y. `passage`, (triangles of `surface`,), are roads on the ground that
+    lead through buildings, which go on above them.
+    """
+    found: defaultdict[str, list[str]] = defaultdict(list)
+    blocks = []
+    for item in footprints_of(buildings, frame, surface, passage, found):
+        building = buildings[item.row]
+        block = _block(building, item, ground, found)
+        if block is None:
+            found["off_ground"].append(building.osm_id)
+            continue
+        found["drawn"].append(building.osm_id)
+        blocks += block
+    ids = {name: tuple(dict.fromkeys(rows)) for name, rows in sorted(found.items())}
+    return Buildings(meshes_of(blocks), ids)
+
+
+def _block(
+    building: Building, item: Footprint, ground: Ground, found: defaultdict[str, list[str]]
+) -> list[Block] | None:
+    """Return the blocks of a building, one for each area that is left of it; None off the ground."""
+    corners = shapely.get_coordinates(shapely.segmentize(item.whole, _STEP))
+    below = ground.heights(corners[:, 0], corners[:, 1])
+    # At shores the elevation model may end below a building.
+    below = below[np.isfinite(below)]
+    if not len(below):
+        return None
+    low, high = float(below.min()), float(below.max())
+    shape = SHAPES.get(building.roof_shape, "flat")
+    if building.roof_shape not in ("", "flat", *SHAPES):
+        found["flat"].append(building.osm_id)
+    box = box_of(item.whole, building)
+    if min(box.half_length, box.half_width) <= 0.0:
+        shape = "flat"
+    heights = heights_of(building, min(box.half_length, box.half_width), shape != "flat")
+    eaves, ridge = low + heights.eaves, low + heights.ridge
+    if heights.guessed:
+        found["guessed"].append(building.osm_id)
+        # A guess must not be buried on a slope.
+        more = max(high + STOREY - eaves, 0.0) if heights.floor == 0.0 else 0.0
+        eaves, ridge = eaves + more, ridge + more
+    floor = low + heights.floor if heights.floor > 0.0 else low - SUNK
+    blocks = [Block(area, box, shape, floor, eaves, ridge, heights.floor > 0.0) for area in _polygons(item.areas)]
+    for over, lowest in item.above:
+        # What is above a passage is as high as the rest, but hangs.
+        if lowest < eaves:
+            blocks += [Block(area, box, shape, max(lowest, floor), eaves, ridge, True) for area in _polygons(over)]
+    return blocks
+
+
+def _polygons(shape: Any) -> list[Any]:
+    """Return the polygons of a shape."""
+    parts = shapely.get_parts(shapely.get_parts(shape))
+    return [part for part in parts if shapely.get_type_id(part) == shapely.GeometryType.POLYGON]

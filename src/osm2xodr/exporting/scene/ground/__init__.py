@@ -1,0 +1,13 @@
+"""The ground around roads: from the elevation model, met by every edge of a road without a gap.
+
+`building` has the steps in order: `cells` says where there is ground, `slopes` how high it is, `leaves` covers what
+is away from roads with squares, `band` what is beside them, and `fans` lets it stand at two heights at portals.
+Before, `covers` finds the tunnels that no ground covers, and the junctions in tunnels.
+"""
+
+from __future__ import annotations
+
+from osm2xodr.exporting.scene.ground.building import Ground, build_ground
+from osm2xodr.exporting.scene.ground.covers import Height, settled
+
+__all__ = ["Ground", "Height", "build_ground", "settled"]

@@ -1,0 +1,184 @@
+"""The ground as parts of a scene: steps in order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.exporting.scene.ground.band import band_triangles
+from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
+from osm2xodr.exporting.scene.ground.covers import Height
+from osm2xodr.exporting.scene.ground.defaults import (
+    APRON,
+    BRIDGE_DEPTH,
+    DETAILS,
+    GROUND_CELL,
+    GROUND_WALL_HEIGHT,
+    GROUND_WALL_SLOPE,
+    LEAST_AREA,
+    REACH,
+    TUNNEL_COVER,
+    TUNNEL_OPENING,
+)
+from osm2xodr.exporting.scene.ground.fans import raised_triangles
+from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
+from osm2xodr.exporting.scene.ground.planar import planar_edges
+from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
+from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The ground around roads."""
+
+    parts: tuple[Part, ...]  # ``Terrain``, one for each level of detail, and ``Retaining_Wall``
+    cells: Cells
+    z: FloatArray  # Heights of the corners of squares, (rows + 1, columns + 1), m; NaN where unknown
+    unknown: float  # Area around roads without ground as no elevation model knows it, m²
+
+    def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the height of the ground at x, y (n,), m; NaN beyond it.
+
+        It is that between the corners of the smallest squares; on roads that of their edges.
+        """
+        rows, columns = self.z.shape
+        column, row = x / GROUND_CELL - self.cells.column, y / GROUND_CELL - self.cells.row
+        inside = (column >= 0) & (column < columns - 1) & (row >= 0) & (row < rows - 1)
+        i, j = (np.where(inside, np.floor(value), 0).astype(np.int64) for value in (row, column))
+        u, v = column - j, row - i
+        south = self.z[i, j] * (1 - u) + self.z[i, j + 1] * u
+        north = self.z[i + 1, j] * (1 - u) + self.z[i + 1, j + 1] * u
+        return np.where(inside & self.cells.ground[i, j], south * (1 - v) + north * v, np.nan)
+
+
+def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: float) -> Ground:
+    """Return the ground that meets the edges of roads.
+
+    `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none; without it the
+    ground is a strip beside the roads at their height. Levels of detail have the same corners at the borders of
+    tiles, whose width is `tile`, m, a multiple of 20. `InputError` if the roads span too much for the memory.
+    """
+    known = _nothing if height is None else height
+    points, edges = _edge_points(surface, rim, known)
+    points, edges, row = planar_edges(points, edges)
+    beyond = rim.beyond[row]
+    xy, place = np.unique(points[:, :2], axis=0, return_inverse=True)
+    flat = place[edges]
+    flat = flat[flat[:, 0] != flat[:, 1]]
+    above, below = (_points_of(surface, level) for level in (Level.BRIDGE, Level.TUNNEL))
+    others = np.concatenate([above, below])[:, :2]
+    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH)
+    x, y = (axis.ravel() for axis in cells.node_xy())
+    limits = _limits(points[edges], beyond, above, below)
+    z = node_heights(cells, known(x, y).reshape(cells.nodes), limits, known(*limits.xyz.T[:2]))
+    vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
+    places = np.concatenate([place, len(xy) + np.arange(len(x))])
+    band, walls = raised_triangles(band_triangles(cells, xy, flat), vertices, places, edges)
+    band, walls = (_usable(faces, vertices) for faces in (band, walls))
+    steep = _steep(vertices[band])
+    parts = []
+    for detail in range(DETAILS):
+        leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
+        faces = np.concatenate([band[~steep], leaves])
+        parts.append(_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail)))
+    portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
+    lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
+    faces = np.concatenate([band[steep], walls, len(vertices) + corners])
+    parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
+    lost = cells.ground & np.isnan(z[:-1, :-1] + z[1:, :-1] + z[:-1, 1:] + z[1:, 1:])
+    return Ground(tuple(part for part in parts if len(part.faces)), cells, z, GROUND_CELL**2 * int(lost.sum()))
+
+
+def _nothing(x: FloatArray, _: FloatArray) -> FloatArray:
+    """Return that no height is known."""
+    return np.full(len(x), np.nan)
+
+
+def _edge_points(surface: RoadSurface, rim: Rim, known: Height) -> tuple[FloatArray, IntArray]:
+    """Return the points that the ground has to meet, (n, 3), m, and the edges between them.
+
+    They are those of the roads, except at portals of tunnels, over which the ground goes on.
+    """
+    used, edges = np.unique(rim.edges, return_inverse=True)
+    edges, points = edges.reshape(-1, 2), surface.vertices[used]
+    portal = rim.beyond == Level.TUNNEL
+    ends, raised = np.unique(edges[portal], return_inverse=True)
+    over = points[ends].copy()
+    over[:, 2] = np.fmax(known(over[:, 0], over[:, 1]), over[:, 2] + TUNNEL_COVER)
+    edges[portal] = len(points) + raised.reshape(-1, 2)
+    return np.concatenate([points, over]), edges
+
+
+def _points_of(surface: RoadSurface, level: Level) -> FloatArray:
+    """Return points all over the roads of a level, (n, 3), m: along their edges, and at corners of squares."""
+    corners = surface.vertices[surface.faces[surface.level == level]]
+    ends = np.roll(corners, -1, axis=1)
+    edges, _ = along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), GROUND_CELL / 2)
+    return np.concatenate([edges, nodes_within(corners)])
+
+
+def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: FloatArray) -> Limits:
+    """Return what bounds the height of the ground: edges (n, 2, 3), and points of bridges and in tunnels."""
+    rim, edge = along_edges(edges[:, 0], edges[:, 1])
+    along = edges[:, 1, :2] - edges[:, 0, :2]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])[edge]
+    count = [len(rim), len(below), len(above)]
+    return Limits(
+        np.concatenate([rim, _raised(below, TUNNEL_COVER), _raised(above, -BRIDGE_DEPTH)]),
+        np.concatenate([normal, np.zeros((count[1] + count[2], 2))]),
+        np.repeat([True, True, False], count),
+        # The ground above a portal may be higher.
+        np.concatenate([beyond[edge] != Level.TUNNEL, np.repeat([False, True], count[1:])]),
+    )
+
+
+def _usable(faces: IntArray, vertices: FloatArray) -> IntArray:
+    """Return the triangles whose corners are all known, and not on one line."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    # An area that is not known is not larger either.
+    out: IntArray = faces[area > LEAST_AREA]
+    return out
+
+
+def _met(edges: IntArray, triangles: IntArray) -> BoolArray:
+    """Return which edges, the road on their left, have a triangle of the ground on their right."""
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    total = int(max(edges.max(initial=0), triangles.max(initial=0))) + 1
+    return np.isin(edges[:, 1] * total + edges[:, 0], start * total + end)
+
+
+def _steep(corners: FloatArray) -> BoolArray:
+    """Return which triangles (n, 3, 3) are walls."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    rise = np.hypot(normal[:, 0], normal[:, 1])
+    out: BoolArray = (rise > GROUND_WALL_SLOPE * np.abs(normal[:, 2])) & (
+        np.ptp(corners[..., 2], axis=1) > GROUND_WALL_HEIGHT
+    )
+    return out
+
+
+def _lintels(over: FloatArray, road: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return corners and triangles of the walls between the openings of tunnels and the ground above.
+
+    `over` and `road`, (n, 2, 3), are edges of the ground and of the road below, which is on their left.
+    """
+    low = _raised(road, TUNNEL_OPENING)
+    quads = np.stack([over[:, 0], over[:, 1], low[:, 1], low[:, 0]], 1)
+    first = 4 * np.arange(len(quads))[:, None]
+    return quads.reshape(-1, 3), (first + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
+
+
+def _raised(points: FloatArray, by: float) -> FloatArray:
+    """Return points higher by some metres."""
+    out: FloatArray = points + np.array([0.0, 0.0, by])
+    return out
+
+
+def _part(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: IntArray | None) -> Part:
+    """Return triangles with just the vertices that they need."""
+    used, number = np.unique(faces, return_inverse=True)
+    corners = vertices[used]
+    return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), detail)

@@ -1,0 +1,46 @@
+"""Numbers of the ground: meaning, unit, source."""
+
+from __future__ import annotations
+
+from typing import Final
+
+# Length of the smallest squares of ground, m: half a carriageway, so that slopes beside roads have a shape.
+GROUND_CELL: Final = 5.0
+# Most squares in the rectangle around a scene: 1,000 km², some 2 GB. A choice.
+MOST_CELLS: Final = 40_000_000
+# Levels of detail; each one's squares away from roads are twice as long as the finer one's. A choice.
+DETAILS: Final = 3
+# How far corners of squares keep from roads at least, m, so that no triangle is a sliver. A choice.
+KEEP_OFF: Final = 1.5
+# How far the ground reaches beyond the roads, m, and the largest gap in it that is closed, m². Choices.
+REACH: Final = 100.0
+LARGEST_GAP: Final = 1e6
+# How far the ground reaches beside roads where no elevation model knows it, m, level across: a choice.
+APRON: Final = 10.0
+# Rise of cuts and fills per metre against the ground that was there: 1:2, for most soils stable; RAS-Q has 1:1.5.
+SLOPE: Final = 0.5
+# How far from an edge of a road the ground there counts although it is neither cut nor filled, as roads at other
+# heights may be close, m. A choice.
+CLASH_REACH: Final = 60.0
+# Ground steeper than this, rise per metre, and higher than that, m, is a wall. Choices.
+GROUND_WALL_SLOPE: Final = 2.0
+GROUND_WALL_HEIGHT: Final = 0.5
+# Height of the opening of tunnels, and from their road to the ground above, m: RABT's clearance of 4.5 m, and
+# 0.5 m each for signs and the ceiling.
+TUNNEL_OPENING: Final = 5.0
+TUNNEL_COVER: Final = 5.5
+# Tunnels whose road lies less than this below the ground, m, are passages or galleries: half of their opening, as
+# elevation models may be off by some metres.
+COVERED: Final = 2.5
+# Roads that lie more than this above another one are on a bridge, m: less comes of chords and cross slopes. And how
+# far from where their edges cross such places are looked for, m. Choices.
+STACKED: Final = 0.5
+STACK_REACH: Final = 100.0
+# Roads that begin at a portal and lie deeper than this all over are in the tunnel, m: cuttings are not. A choice.
+DEEPEST_CUT: Final = 15.0
+# From the road of a bridge down to the ground below at least, m: its deck of 1 m, and a little.
+BRIDGE_DEPTH: Final = 1.2
+# Largest distance between points that stand for edges and faces of roads, m. A fifth of a square.
+SAMPLE: Final = 1.0
+# Triangles with less area are none, m²: a millimetre times two. A choice.
+LEAST_AREA: Final = 1e-6

@@ -1,0 +1,131 @@
+"""All parts of a scene, made in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from osm2xodr.errors import InputError
+from osm2xodr.exporting.scene.buildings import building_parts
+from osm2xodr.exporting.scene.ground import build_ground, settled
+from osm2xodr.exporting.scene.marks import mark_parts
+from osm2xodr.exporting.scene.materials import lane_part
+from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
+from osm2xodr.exporting.scene.model import Part, RoadSurface
+from osm2xodr.exporting.scene.roads import rim_of, road_surface
+from osm2xodr.exporting.scene.structures import structure_parts
+from osm2xodr.exporting.scene.things import thing_parts
+from osm2xodr.model import Building, FloatArray
+from osm2xodr.opendrive import Frame, OpenDrive
+
+# Scenes farther from the file's origin count from an origin of their own, m, on a grid of this width, m: single
+# precision resolves a millimetre up to there. Those of `osm2xodr.exporting.mesh`.
+_LARGEST_COORDINATE = 16_384.0
+_ORIGIN_GRID = 1000.0
+
+Height = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything there is to see."""
+
+    parts: tuple[Part, ...]
+    origin: tuple[float, float, float]  # Inertial x, y, z that files count from, m
+    notes: tuple[str, ...]  # Sentences about what the scene has not
+
+
+def make_scene(
+    file: OpenDrive,
+    tolerance: float,
+    step: float,
+    height: Height | None,
+    buildings: tuple[Sequence[Building], Frame] | None,
+    tile: float,
+) -> Scene:
+    """Return the scene of a file.
+
+    Parameters
+    ----------
+    file
+        The road network.
+    tolerance, step
+        How far straight pieces may lie from curves, and how long they are at most, m.
+    height
+        Heights of the ground (n,), m, at inertial x, y (n,), m, NaN where unknown; None without elevation model: the
+        ground is a strip beside roads then, and bridges have no piers.
+    buildings
+        Buildings, and what turns their places into inertial ones; None for none.
+    tile
+        Width of tiles, m.
+
+    Raises
+    ------
+    InputError
+        No lane has a surface.
+    """
+    surface, passage = settled(road_surface(file, tolerance, step), height)
+    ground = build_ground(surface, rim_of(surface), height, tile)
+    heights = SurfaceHeights(surface)
+    parts = [
+        *surface_parts(surface),
+        *mark_parts(file, heights, tolerance, step),
+        *thing_parts(file, heights),
+        *structure_parts(file, surface, heights, None if height is None else ground.heights),
+        *ground.parts,
+    ]
+    notes = []
+    if ground.unknown > 0:
+        notes.append(f"no elevation model knows {ground.unknown:,.0f} m² around roads: there is no ground there")
+    if buildings is not None:
+        built = building_parts(*buildings, surface, passage, ground)
+        parts += built.parts
+        notes.append(_sentence(built.ids))
+    sound = [clean for part in parts if len((clean := _sound(part)).faces)]
+    if not sound:
+        raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
+    return Scene(tuple(sound), _origin(surface.vertices), tuple(notes))
+
+
+def _sentence(ids: Mapping[str, Sequence[str]]) -> str:
+    """Return what is to say about buildings, by the OSM ids of those that something befell."""
+    words = {
+        "guessed": "of a guessed height",
+        "flat": "with a flat roof instead of their own",
+        "clipped": "cut where roads are",
+        "repaired": "of repaired outlines",
+        "on_roads": "left out on roads",
+        "off_ground": "left out where there is no ground",
+    }
+    rest = [f"{len(ids[key]):,} {text}" for key, text in words.items() if ids.get(key)]
+    return f"{len(ids.get('drawn', ())):,} buildings" + (f": {', '.join(rest)}" if rest else "")
+
+
+def surface_parts(surface: RoadSurface) -> list[Part]:
+    """Return the surface of roads as a part for each name and material."""
+    meshes = Meshes()
+    for k, kind in enumerate(surface.kinds):
+        used, faces = np.unique(surface.faces[surface.kind == k], return_inverse=True)
+        meshes.add(*lane_part(kind), surface.vertices[used], surface.uv[used], faces.reshape(-1, 3))
+    return meshes.parts()
+
+
+def _sound(part: Part) -> Part:
+    """Return a part without triangles that have no area in single precision."""
+    a, b, c = np.moveaxis(part.vertices[part.faces], 1, 0)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    kept = np.flatnonzero(np.isfinite(area) & (area > 1e-6))
+    if len(kept) == len(part.faces):
+        return part
+    detail = None if part.detail is None else part.detail[kept]
+    return replace(part, faces=part.faces[kept], detail=detail)
+
+
+def _origin(vertices: FloatArray) -> tuple[float, float, float]:
+    """Return the point that files count from: 0, 0, 0 unless coordinates are too large for single precision."""
+    low, high = vertices.min(0), vertices.max(0)
+    middle = np.round(0.5 * (low + high) / _ORIGIN_GRID) * _ORIGIN_GRID
+    x, y, z = np.where(np.abs(vertices).max(0) > _LARGEST_COORDINATE, middle, 0.0).tolist()
+    return x, y, z

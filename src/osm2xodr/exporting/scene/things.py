@@ -1,0 +1,195 @@
+"""What is painted on roads and stands beside them."""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import shapely
+
+from osm2xodr.exporting.scene.marks import PAINT
+from osm2xodr.exporting.scene.materials import CROSSWALK, MARKING
+from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
+from osm2xodr.exporting.scene.model import Part
+from osm2xodr.opendrive import OpenDrive
+from osm2xodr.shapes import (
+    SYMBOL,
+    WHITE,
+    Disc,
+    PlacedObject,
+    PlacedSignal,
+    Stroke,
+    face_of,
+    forms_of,
+    headings,
+    in_layers,
+    is_painted,
+    placed_objects,
+    placed_signals,
+    type_of,
+)
+
+# Heights of bodies whose file states none, m: those of the report's 3D view.
+_HEIGHTS: Final = MappingProxyType(
+    {
+        "tree": 6.0,
+        "streetLamp": 7.0,
+        "pole": 4.0,
+        "vegetation": 1.2,
+        "building": 6.0,
+        "barrier": 1.0,
+        "railing": 1.0,
+        "soundBarrier": 3.0,
+        "trafficIsland": 0.15,
+        "gantry": 6.0,
+    }
+)
+# Name and material of bodies by type; all others.
+_BODIES: Final = MappingProxyType(
+    {
+        "tree": ("Vegetation", "vegetation"),
+        "vegetation": ("Vegetation", "vegetation"),
+        "streetLamp": ("Pole", "metal"),
+        "pole": ("Pole", "metal"),
+        "railing": ("GuardRail", "metal"),
+        "barrier": ("Wall", "concrete"),
+        "soundBarrier": ("Wall", "concrete"),
+        "trafficIsland": ("Road_Curb", "kerb"),
+        "building": ("Building", "wall"),
+        "gantry": ("Pole", "metal"),
+    }
+)
+_OTHER_BODY: Final = ("Static", "concrete")
+# Least height of a body, m: lower ones lie on the road.
+_FLAT: Final = 0.05
+# Height of crosswalks' areas above the surface, m: below their bars. Height of disks that lie.
+_AREA: Final = 0.5 * PAINT
+_POST: Final = 0.05
+_TRUNK: Final = 0.12
+_REACH: Final = 1.5
+# Where the lower edge of signs hangs if the file does not say, m.
+_HANGING: Final = 2.2
+_PLATE: Final = 0.02
+
+
+def thing_parts(file: OpenDrive, heights: SurfaceHeights) -> list[Part]:
+    """Return objects, signs and traffic lights."""
+    meshes = Meshes()
+    for thing in in_layers(placed_objects(file)):
+        _add_object(meshes, thing, heights)
+    signals = placed_signals(file)
+    for signal, heading in zip(signals, headings(file, signals), strict=True):
+        _add_signal(meshes, signal, heading)
+    return meshes.parts()
+
+
+def _add_object(meshes: Meshes, thing: PlacedObject, heights: SurfaceHeights) -> None:
+    """Add the body of an object, or its paint."""
+    kind = type_of(thing)
+    low = thing.z + (thing.item.z_offset if math.isfinite(thing.item.z_offset) else 0.0)
+    if not math.isfinite(low):
+        return
+    stated = thing.item.height
+    height = stated if stated > 0.0 else _HEIGHTS.get(kind, 0.0)
+    if kind == "crosswalk":
+        _draped(meshes, CROSSWALK, "asphalt", thing.corners, thing.z, heights, _AREA)
+    name, material = _BODIES.get(kind, _OTHER_BODY)
+    for form in forms_of(thing):
+        if isinstance(form, Disc):
+            _add_standing(meshes, kind, (form.x, form.y, low), height or 0.5, form.radius)
+        elif isinstance(form, Stroke):
+            edges = _stroke(form)
+            _draped(meshes, MARKING, _paint(form.colour), edges, thing.z, heights, PAINT)
+        elif is_painted(thing) or height <= _FLAT:
+            painted = is_painted(thing) and kind in {"crosswalk", "roadMark"}
+            _draped(
+                meshes,
+                MARKING if painted else name,
+                _paint(form.colour) if painted else form.colour,
+                form.corners,
+                thing.z,
+                heights,
+                PAINT,
+            )
+        else:
+            meshes.prism(name, material, form.corners, low - (0.5 if low == thing.z else 0.0), low + height)
+
+
+def _paint(colour: str) -> str:
+    """Return the material of paint."""
+    return "marking_white" if colour == WHITE else colour
+
+
+def _add_standing(meshes: Meshes, kind: str, at: tuple[float, float, float], height: float, radius: float) -> None:
+    """Add a tree, a lamp or a post."""
+    x, y, low = at
+    name, material = _BODIES.get(kind, _OTHER_BODY)
+    if kind == "tree":
+        meshes.post(name, "soil", at, low + 0.35 * height, _TRUNK)
+        meshes.post(name, material, (x, y, low + 0.25 * height), low + 0.65 * height, 0.55 * radius, radius)
+        meshes.post(name, material, (x, y, low + 0.65 * height), low + height, radius, 0.0)
+        return
+    meshes.post(name, material, at, low + height, min(radius, 0.1), min(radius, 0.06))
+    if kind == "streetLamp":
+        meshes.post(name, material, (x, y, low + height - 0.2), low + height, 0.25)
+
+
+def _stroke(form: Stroke) -> list[tuple[float, float]]:
+    """Return the outline of a straight line with its width."""
+    (ax, ay), (bx, by) = form.corners[0], form.corners[-1]
+    length = math.hypot(bx - ax, by - ay) or 1.0
+    u, v = 0.5 * form.width * (by - ay) / length, -0.5 * form.width * (bx - ax) / length
+    return [(ax + u, ay + v), (bx + u, by + v), (bx - u, by - v), (ax - u, ay - v)]
+
+
+def _draped(
+    meshes: Meshes,
+    name: str,
+    material: str,
+    corners: list[tuple[float, float]] | tuple[tuple[float, float], ...],
+    near: float,
+    heights: SurfaceHeights,
+    lift: float,
+) -> None:
+    """Add an area that lies on the road."""
+    if len(corners) < 3:
+        return
+    ring = shapely.Polygon(corners)
+    if not ring.is_valid or ring.area < 1e-4:
+        return
+    flat = np.array(ring.exterior.coords)[:-1]
+    z = heights.at(flat[:, 0], flat[:, 1], np.full(len(flat), near), _REACH) + lift
+    meshes.polygon(name, material, [(x, y, up) for (x, y), up in zip(flat.tolist(), z.tolist(), strict=True)])
+
+
+def _add_signal(meshes: Meshes, signal: PlacedSignal, heading: float) -> None:
+    """Add the pole and the plate or box of a sign or light, whose face looks along `heading`."""
+    if not math.isfinite(signal.z + heading):
+        return
+    item, symbol = signal.item, face_of(signal)
+    half = max(abs(y) for corners, _ in symbol for _, y in corners)
+    size = item.height / (2.0 * half) if 0.1 < item.height < 5.0 else SYMBOL / 2.0
+    foot = item.z_offset if item.z_offset > 0.3 else _HANGING
+    middle = signal.z + foot + size * half
+    name = "TrafficLight" if signal.is_light else "TrafficSign"
+    ahead, across = (math.cos(heading), math.sin(heading)), (-math.sin(heading), math.cos(heading))
+    back = (signal.x - 0.06 * ahead[0], signal.y - 0.06 * ahead[1])
+    meshes.post("Pole", "metal", (*back, signal.z - 0.5), middle + size * half, _POST)
+    for layer, (corners, colour) in enumerate(symbol):
+        out = _PLATE * (layer + 1)
+        # Seen from the front, right is the face's own left.
+        places = [
+            (
+                signal.x + size * u * across[0] + out * ahead[0],
+                signal.y + size * u * across[1] + out * ahead[1],
+                middle - size * v,
+            )
+            for u, v in corners
+        ]
+        plane = [(u, -v) for u, v in corners]
+        meshes.face(name, colour, places, plane)
+        if not layer:
+            behind = [(x - out * ahead[0], y - out * ahead[1], z) for x, y, z in places]
+            meshes.face(name, "sign_back", behind[::-1], [(-u, v) for u, v in plane][::-1])

@@ -1,0 +1,198 @@
+"""The function ``export_scene``. It loads what it needs when it is called."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from osm2xodr import __version__
+from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError, OptionError
+from osm2xodr.library.files import AnyPath, choose, drive_of
+from osm2xodr.library.options import paths
+from osm2xodr.surface import expand
+
+if TYPE_CHECKING:
+    from osm2xodr.model import Building, FloatArray
+    from osm2xodr.opendrive import Frame, OpenDrive
+    from osm2xodr.surface import DemSurface, SurfaceOptions
+
+SCENE_FORMATS: Final = ("glb", "obj")
+# Width of tiles, m: 500 m as engines stream them, and 2 km, the largest and usual of CARLA's large maps
+# (documentation of CARLA 0.9.16). The borders of tiles are corners of the ground, whose squares measure up to 20 m.
+SCENE_TILE: Final = 500.0
+CARLA_TILE: Final = 2000.0
+_TILE_GRID: Final = 20.0
+# Elevation models are read up to this far from roads, m, at points this far apart at most.
+_MARGIN: Final = 300.0
+_STEP: Final = 25.0
+_MOST_POINTS: Final = 250_000
+
+
+def export_scene(
+    file: AnyPath | OpenDrive,
+    folder: AnyPath,
+    *,
+    dem: AnyPath | Iterable[AnyPath] = (),
+    dem_crs: str | None = None,
+    dem_unit: str | None = None,
+    osm: AnyPath | None = None,
+    format: str = SCENE_FORMATS[0],
+    up: str | None = None,
+    tile: float | None = None,
+    carla: str = "",
+    say: Callable[[str], None] | None = None,
+    tolerance: float = SAMPLE_TOLERANCE,
+    step: float = SAMPLE_STEP,
+) -> tuple[Path, ...]:
+    """Write an OpenDRIVE file as a scene of meshes: roads, marks, signs, bridges, tunnels and the ground.
+
+    Parameters
+    ----------
+    file
+        The file, or what `read` returned.
+    folder
+        Folder to write: one tile per file, and ``scene.json``. An empty folder or a scene that is there is replaced.
+    dem
+        Elevation model, or several of them, for the ground; patterns and folders as in `convert`. Without any the
+        ground is a strip beside the roads.
+    dem_crs, dem_unit
+        CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
+    osm
+        OpenStreetMap file whose buildings the scene has.
+    format
+        ``glb`` or ``obj``.
+    up
+        Axis that points up in OBJ, ``z`` or ``y``; by default z.
+    tile
+        Width of tiles, m, a multiple of 20; by default 500, and 2000 for CARLA.
+    carla
+        Name of the map in CARLA: tiles have the names of its large maps and its importer's JSON.
+    say
+        Is called with each sentence about what the scene has not.
+    tolerance
+        How far straight pieces may lie from curves, m.
+    step
+        Longest straight piece, m.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    OptionError
+        An option has a value that cannot be.
+    InputError
+        The file or an elevation model cannot be read, no lane has a surface, or shapely is not installed.
+    CoverageError
+        No elevation model has heights at the roads.
+    OutputError
+        The folder cannot be written.
+    """
+    form, size = _checked(format, up, tile, carla)
+    for option, length in (("tolerance", tolerance), ("step", step)):
+        if not 0.0 < length < math.inf:
+            raise OptionError(f"{option}: {length} m is not above 0", option)
+    if importlib.util.find_spec("shapely") is None:
+        raise InputError("scenes need the library shapely; install it: pip install 'osm2xodr[scene]'")
+    from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
+    from osm2xodr.surface import SurfaceOptions
+    from osm2xodr.system import atomic_folder, check_folder
+
+    target = Path(folder)
+    check_folder(target, MANIFEST)
+    drive = drive_of(file)
+    models = expand(paths(dem))
+    diagnostics = Diagnostics()
+    ground = _ground(drive, models, SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit), diagnostics)
+    scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _buildings(drive, osm), size)
+    owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
+    owed += [] if ground is None else [item.attribution for item in ground[1].dems]
+    credits = list(dict.fromkeys(value.strip() for value in owed if value.strip()))
+    with atomic_folder(target, MANIFEST) as place:
+        layout = SceneFormat(form, size, up == "y", carla)
+        names = write_scene(scene, drive, place, layout, f"osm2xodr {__version__}", credits)
+        if carla:
+            names = (*names, f"{carla}.xodr")
+            (place / names[-1]).write_bytes(drive.path.read_bytes())
+    if say is not None:
+        for note in scene.notes:
+            say(note)
+    return tuple(target / name for name in names)
+
+
+def _checked(format: str, up: str | None, tile: float | None, carla: str) -> tuple[str, float]:
+    """Return format and width of tiles, m; `OptionError` if an option has a value that cannot be."""
+    choose("format", format, SCENE_FORMATS)
+    if up is not None:
+        choose("up", up, ("z", "y"))
+        if format != "obj":
+            raise OptionError("up is for obj alone; leave it out", "up")
+    if carla and not re.fullmatch(r"\w+", carla, re.ASCII):
+        raise OptionError(f"carla: {carla!r} is no name; use letters, digits and underscores", "carla")
+    size = tile if tile is not None else CARLA_TILE if carla else SCENE_TILE
+    if not (_TILE_GRID <= size < 1e6 and size % _TILE_GRID == 0.0):
+        raise OptionError(f"tile: {size:g} m is not a multiple of {_TILE_GRID:g} m", "tile")
+    return format, size
+
+
+def _ground(
+    file: OpenDrive, models: tuple[Path, ...], options: SurfaceOptions, diagnostics: Diagnostics
+) -> tuple[Callable[[FloatArray, FloatArray], FloatArray], DemSurface] | None:
+    """Return what gives the height of the ground at inertial places, and the elevation models; None without any."""
+    if not models:
+        return None
+    import numpy as np
+
+    from osm2xodr.opendrive import frame_of, sample_roads
+    from osm2xodr.projection import make_frame, to_local
+    from osm2xodr.surface import read_surface
+
+    frame, why = frame_of(file.header)
+    if frame is None:
+        raise InputError(f"{file.path}: {why}; leave the elevation models out")
+    stations = sample_roads(file)
+    x, y = _around(stations.x, stations.y)
+    lon, lat = frame.to_geographic(x, y)
+    local = make_frame(float(np.mean(lat)), float(np.mean(lon)))
+    east, north = to_local(local, lon, lat)
+    surface = read_surface(models, local, east, north, options, diagnostics)
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        z, measured = surface.heights(*to_local(local, *frame.to_geographic(x, y)))
+        return np.where(measured, z, np.nan) - frame.offset[2]
+
+    return height, surface
+
+
+def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building], Frame] | None:
+    """Return the buildings of an OpenStreetMap file and the frame of the roads; None without a file."""
+    if osm is None:
+        return None
+    from osm2xodr.opendrive import frame_of
+    from osm2xodr.osmParsing import read_buildings
+
+    frame, why = frame_of(file.header)
+    if frame is None:
+        raise InputError(f"{file.path}: {why}; leave the buildings out")
+    return read_buildings(Path(osm))[0], frame
+
+
+def _around(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a grid of points over an area and its surroundings, with the points themselves."""
+    import numpy as np
+
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    west, east = float(x.min()) - _MARGIN, float(x.max()) + _MARGIN
+    south, north = float(y.min()) - _MARGIN, float(y.max()) + _MARGIN
+    step = max(_STEP, math.sqrt((east - west) * (north - south) / _MOST_POINTS))
+    columns, rows = np.meshgrid(np.arange(west, east + step, step), np.arange(south, north + step, step))
+    return np.concatenate([x, columns.ravel()]), np.concatenate([y, rows.ravel()])

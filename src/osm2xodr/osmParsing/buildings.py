@@ -1,0 +1,116 @@
+"""Buildings of OSM files, which stand beside the roads of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.model import Building, FloatArray
+from osm2xodr.osmParsing.file import RawArea, RawNodes, open_osm_file, read_areas, read_nodes
+from osm2xodr.osmParsing.tags import parse_length
+
+# Keys of areas that are buildings or parts of them, and values of them that mean there is none.
+_KEYS: Final = ("building:part", "building")
+_NONE: Final = frozenset({"no", "demolished", "collapsed", "proposed", "abandoned:no"})
+# What lies below the ground.
+_BELOW: Final = frozenset({"underground", "indoor"})
+# Heights and storeys above the highest building's (828 m, 163 storeys) are mistakes.
+_HEIGHT_MAX: Final = 830.0
+_LEVELS_MAX: Final = 165.0
+_CORNERS_LEAST: Final = 3
+
+
+def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
+    """Return the buildings of an OSM file, and the ids of those whose outline is not whole in it.
+
+    Ways come first, then multipolygons, each in ascending id; an area with several outlines is as many buildings.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is not OSM data.
+    """
+    file = open_osm_file(path)
+    areas, broken = read_areas(file, frozenset(_KEYS))
+    areas = [area for area in areas if _stands(area.tags)]
+    rings = [ring for area in areas for ring in (*area.outer, *area.inner)]
+    if not rings:
+        return (), tuple(broken)
+    wanted = np.unique(np.concatenate([np.array(ring, np.int64) for ring in rings]))
+    nodes = read_nodes(file, wanted)
+    out = []
+    for area in areas:
+        found = _buildings(area, nodes)
+        if not found:
+            broken.append(area.osm_id)
+        out += found
+    return tuple(out), tuple(broken)
+
+
+def _stands(tags: Mapping[str, str]) -> bool:
+    """Return whether tags are those of something that stands above the ground."""
+    return (
+        any(tags.get(key, "no") not in _NONE for key in _KEYS)
+        and tags.get("location") not in _BELOW
+        and tags.get("tunnel", "no") == "no"
+    )
+
+
+def _buildings(area: RawArea, nodes: RawNodes) -> list[Building]:
+    """Return the buildings of an area, without those of which nodes are missing."""
+    tags = area.tags
+    is_part = tags.get("building:part", "no") not in _NONE
+    kind = tags["building:part" if is_part else "building"]
+    outlines = [ring for ring in (_places(refs, nodes) for refs in area.outer) if ring is not None]
+    holes = tuple(ring for ring in (_places(refs, nodes) for refs in area.inner) if ring is not None)
+    return [
+        Building(
+            area.osm_id,
+            outline,
+            # Those of another outline are far from this one, and do not change it.
+            holes,
+            kind,
+            is_part,
+            height=_length(tags, "height", "building:height", "est_height"),
+            min_height=_length(tags, "min_height", "building:min_height"),
+            levels=_count(tags, "building:levels", "levels"),
+            min_level=_count(tags, "building:min_level", "min_level"),
+            roof_shape=tags.get("roof:shape", tags.get("building:roof:shape", "")),
+            roof_height=_length(tags, "roof:height", "building:roof:height"),
+            roof_levels=_count(tags, "roof:levels", "building:roof:levels"),
+            ridge_across=tags.get("roof:orientation") == "across",
+        )
+        for outline in outlines
+    ]
+
+
+def _places(refs: Sequence[int], nodes: RawNodes) -> FloatArray | None:
+    """Return longitude and latitude of nodes, (n, 2), degrees; None if one is missing or there are too few."""
+    ids = np.array(refs, np.int64)
+    at = np.minimum(np.searchsorted(nodes.ids, ids), max(len(nodes.ids) - 1, 0))
+    if len(ids) < _CORNERS_LEAST or not len(nodes.ids) or (nodes.ids[at] != ids).any():
+        return None
+    return np.column_stack([nodes.lon_deg[at], nodes.lat_deg[at]])
+
+
+def _length(tags: Mapping[str, str], *keys: str) -> float | None:
+    """Return the first length, m, of some keys that can be one of a building."""
+    for key in keys:
+        length = parse_length(tags.get(key, ""))
+        if length is not None and 0.0 <= length <= _HEIGHT_MAX:
+            return length
+    return None
+
+
+def _count(tags: Mapping[str, str], *keys: str) -> float | None:
+    """Return the first number of storeys, halves among them, of some keys."""
+    for key in keys:
+        # Storeys have no unit: what is a length without one is a number.
+        text = tags.get(key, "").split(";")[0].strip()
+        number = parse_length(text) if text[-1:].isdigit() else None
+        if number is not None and 0.0 <= number <= _LEVELS_MAX:
+            return number
+    return None

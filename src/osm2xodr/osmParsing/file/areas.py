@@ -1,0 +1,97 @@
+"""Areas of OSM files: closed ways, and multipolygons whose outlines several ways may share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Set as AbstractSet
+from dataclasses import dataclass
+from typing import Any, Final
+
+import osmium
+
+from osm2xodr.osmParsing.file.file_format import OsmFile
+from osm2xodr.osmParsing.file.reader import handle, readable
+
+# Fewer nodes make no area, with the first one at the end again.
+_LEAST_NODES: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class RawArea:
+    """An area as in the file: rings of ids of nodes, the first one of each not repeated."""
+
+    osm_id: str  # ``way/1`` or ``relation/2``
+    outer: tuple[tuple[int, ...], ...]
+    inner: tuple[tuple[int, ...], ...]
+    tags: Mapping[str, str]
+
+
+def read_areas(file: OsmFile, keys: AbstractSet[str]) -> tuple[list[RawArea], list[str]]:
+    """Read the areas that have one of some keys: ways first, then relations, each in ascending id.
+
+    Also returned are the ids of relations and ways whose outlines are not closed, as at the edges of cut-outs. Raises
+    InputError if the file is damaged or incomplete.
+    """
+    ways: dict[int, tuple[list[int], dict[str, str]]] = {}
+    relations: dict[int, tuple[dict[str, list[int]], dict[str, str]]] = {}
+    with readable(file):
+        item: Any
+        found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+        for item in found.with_filter(osmium.filter.KeyFilter(*sorted(keys))):
+            tags = {tag.k: tag.v for tag in item.tags}
+            if item.is_way():
+                if not item.deleted and ("way", item.id) not in file.deleted:
+                    ways[item.id] = [node.ref for node in item.nodes], tags
+            elif tags.get("type") == "multipolygon" and ("relation", item.id) not in file.deleted:
+                members: dict[str, list[int]] = {"outer": [], "inner": []}
+                for member in item.members:
+                    if member.type == "w":
+                        members["inner" if member.role == "inner" else "outer"].append(member.ref)
+                relations[item.id] = members, tags
+    lines = _read_lines(file, {way for members, _ in relations.values() for refs in members.values() for way in refs})
+    areas, open_ones = [], []
+    for number in sorted(ways):
+        refs, tags = ways[number]
+        if len(refs) >= _LEAST_NODES and refs[0] == refs[-1]:
+            areas.append(RawArea(f"way/{number}", (tuple(refs[:-1]),), (), tags))
+        else:
+            open_ones.append(f"way/{number}")
+    for number in sorted(relations):
+        members, tags = relations[number]
+        outer, outer_whole = _rings(lines[way] for way in members["outer"] if way in lines)
+        inner, _ = _rings(lines[way] for way in members["inner"] if way in lines)
+        if not outer_whole or not outer or any(way not in lines for way in members["outer"]):
+            open_ones.append(f"relation/{number}")
+        if outer:
+            areas.append(RawArea(f"relation/{number}", outer, inner, tags))
+    return areas, open_ones
+
+
+def _read_lines(file: OsmFile, wanted: AbstractSet[int]) -> dict[int, Sequence[int]]:
+    """Return the nodes of ways."""
+    lines: dict[int, Sequence[int]] = {}
+    if wanted:
+        with readable(file):
+            item: Any
+            ways = osmium.FileProcessor(handle(file), osmium.osm.WAY)
+            for item in ways.with_filter(osmium.filter.IdFilter(sorted(wanted))):
+                lines[item.id] = [node.ref for node in item.nodes]
+    return lines
+
+
+def _rings(lines: Iterable[Sequence[int]]) -> tuple[tuple[tuple[int, ...], ...], bool]:
+    """Join lines at their ends to rings; return these and whether nothing was left over."""
+    rings, left = [], [list(line) for line in lines if len(line) > 1]
+    whole = True
+    while left:
+        ring = left.pop(0)
+        while ring[0] != ring[-1]:
+            follows = next((k for k, line in enumerate(left) if ring[-1] in (line[0], line[-1])), None)
+            if follows is None:
+                break
+            line = left.pop(follows)
+            ring += line[1:] if line[0] == ring[-1] else line[-2::-1]
+        if ring[0] == ring[-1] and len(ring) >= _LEAST_NODES:
+            rings.append(tuple(ring[:-1]))
+        else:
+            whole = False
+    return tuple(rings), whole

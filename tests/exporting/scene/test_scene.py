@@ -1,0 +1,208 @@
+"""Whole scenes: what stands on the surface, bodies of bridges and tunnels, and what is written."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exported_network import network
+from glb_reader import read_glb
+from scene_cases import crossing
+from scene_files import Conversions, scene_named
+from scipy.spatial import cKDTree
+
+from osm2xodr.errors import InputError, OptionError, OutputError
+from osm2xodr.exporting.scene.model import Part
+from osm2xodr.exporting.scene.scene import Scene, make_scene
+from osm2xodr.library import export_scene
+from osm2xodr.model import FloatArray
+
+BRIDGE = '<objects><bridge id="b" s="20" length="60" type="concrete"/></objects>'
+TUNNEL = '<objects><tunnel id="t" s="20" length="60" type="standard" lighting="1" daylight="0"/></objects>'
+
+
+def level(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.zeros(len(x))
+
+
+def part(scene: Scene, name: str) -> Part:
+    (found,) = [item for item in scene.parts if item.name == name]
+    return found
+
+
+def is_closed(vertices: FloatArray, faces: FloatArray) -> bool:
+    """Whether every edge has another one the other way round, by places rounded to a millimetre.
+
+    Upright edges are left out: several short ones may stand beside a long one.
+    """
+    points, place = np.unique(np.round(vertices, 3), axis=0, return_inverse=True)
+    rows = place.ravel()[faces]
+    ways = Counter((int(row[k]), int(row[(k + 1) % 3])) for row in rows for k in range(3))
+    return all(ways[b, a] == n for (a, b), n in ways.items() if (points[a, :2] != points[b, :2]).any())
+
+
+def test_a_deck_is_a_body(tmp_path: Path) -> None:
+    scene = make_scene(crossing(tmp_path, height=6.0, more=BRIDGE), 0.05, 10.0, level, None, 500.0)
+    deck = part(scene, "Bridge_Deck")
+    assert deck.vertices[:, 2].min() == pytest.approx(5.0)
+    # With the road on it, it is closed.
+    on_it = [item for item in scene.parts if item.name in {"Road_Road", "Road_Sidewalk", "Road_Curb"}]
+    vertices, faces = [deck.vertices], [deck.faces]
+    for item in on_it:
+        middle = item.vertices[item.faces].mean(1)
+        rows = item.faces[(np.abs(middle[:, 1]) < 30) & (middle[:, 2] > 3)]
+        faces.append(rows + sum(map(len, vertices)))
+        vertices.append(item.vertices)
+    assert is_closed(np.concatenate(vertices), np.concatenate(faces))
+
+
+def test_piers_stand_on_the_ground_beside_the_road_below(tmp_path: Path) -> None:
+    longer = BRIDGE.replace('s="20" length="60"', 's="15" length="70"')
+    scene = make_scene(crossing(tmp_path, height=6.0, more=longer), 0.05, 10.0, level, None, 500.0)
+    pier = part(scene, "Bridge_Pier")
+    # Three spans, two piers, 1 m thick and 60 % of 11 m wide, half a metre in the ground and a little in the deck.
+    assert sorted({round(y, 3) for y in pier.vertices[:, 1].tolist()}) == [-12.167, -11.167, 11.167, 12.167]
+    np.testing.assert_allclose(np.abs(pier.vertices[:, 0]), 3.3)
+    assert sorted(set(np.round(pier.vertices[:, 2], 6).tolist())) == [-0.5, 5.1]
+
+
+def test_no_pier_stands_on_a_road(tmp_path: Path) -> None:
+    # Two spans, whose pier would stand in the middle of the road below.
+    scene = make_scene(crossing(tmp_path, height=6.0, more=BRIDGE), 0.05, 10.0, level, None, 500.0)
+    assert "Bridge_Pier" not in {item.name for item in scene.parts}
+
+
+def test_tunnels_have_walls_and_a_ceiling(tmp_path: Path) -> None:
+    def hill(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.where(np.abs(y) < 28.0, 0.0, -8.0)
+
+    scene = make_scene(crossing(tmp_path, height=-8.0, more=TUNNEL), 0.05, 10.0, hill, None, 500.0)
+    tube = part(scene, "Tunnel")
+    assert tube.vertices[:, 2].max() == pytest.approx(-8.0 + 5.0 + 0.12)
+    assert np.abs(tube.vertices[:, 1]).max() == pytest.approx(30.0)
+
+
+def test_marks_lie_on_the_road(tmp_path: Path) -> None:
+    scene = make_scene(network(tmp_path), 0.05, 10.0, None, None, 500.0)
+    crosswalk = part(scene, "Road_Crosswalk")
+    a, b, c = np.moveaxis(crosswalk.vertices[crosswalk.faces], 1, 0)
+    assert 0.5 * np.cross(b - a, c - a)[:, 2].sum() == pytest.approx(2.0 * 6.0)
+    bars = part(scene, "Road_Marking")
+    # The road rises by 2 % from 100 m.
+    height = bars.vertices[:, 2] - (100 + 0.02 * bars.vertices[:, 0])
+    assert height.min() > 0.009
+    assert height.max() < 0.021
+    sign = [item for item in scene.parts if item.name == "TrafficSign"]
+    assert {item.material for item in sign} == {"#c1272d", "#ffffff", "sign_back"}
+    assert min(float(item.vertices[:, 2].min()) for item in sign) == pytest.approx(100 + 0.02 * 30 + 3, abs=0.01)
+    assert "Vegetation" in {item.name for item in scene.parts}
+
+
+@pytest.mark.parametrize("name", ["montlake_roundabout", "fremantle_placement"])
+def test_real_scenes_are_sound(name: str, conversions: Conversions, tmp_path: Path) -> None:
+    place = scene_named(name)
+    xodr = conversions.of(place).path
+    said: list[str] = []
+    files = export_scene(xodr, tmp_path / "scene", dem=place.dem, osm=place.osm, say=said.append)
+    manifest = json.loads((tmp_path / "scene" / "scene.json").read_text(encoding="utf-8"))
+    assert "OpenStreetMap contributors" in manifest["attribution"][0]
+    assert [tile["file"] for tile in manifest["tiles"]] == [path.name for path in files if path.suffix == ".glb"]
+    road: list[FloatArray] = []
+    ground: list[FloatArray] = []
+    for tile in manifest["tiles"]:
+        _, meshes = read_glb((tmp_path / "scene" / tile["file"]).read_bytes())
+        assert sorted(item["name"] for item in tile["parts"]) == sorted(mesh.name for mesh in meshes)
+        for mesh in meshes:
+            a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
+            assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0).all(), mesh.name
+            if mesh.name.startswith("Terrain_LOD0"):
+                ground.append(mesh.points[mesh.faces])
+            elif mesh.name.startswith(("Road_Road", "Road_Sidewalk", "Road_Grass")):
+                road.append(mesh.points)
+    # Roads meet the ground: most corners of the rim are corners of the ground at the same height.
+    corners = np.unique(np.round(np.concatenate(ground).reshape(-1, 3), 3), axis=0)
+    rim: FloatArray = np.unique(np.round(np.concatenate(road), 3), axis=0)
+    away = np.asarray(cKDTree(corners).query(rim)[0])
+    assert np.count_nonzero(away < 0.002) > 500
+    near = cKDTree(corners[:, :2]).query_ball_point(rim[:, :2], 0.002)
+    for point, rows in zip(rim, near, strict=True):
+        if rows:
+            apart = point[2] - corners[rows, 2]
+            # Up to a kerb above: the road's lower corner at a kerb's foot.
+            assert apart.min() < 0.15 + 1e-3 or apart.min() > 3.0
+
+
+def test_scenes_are_the_same_every_time_and_whole(tmp_path: Path) -> None:
+    network(tmp_path)
+    target = tmp_path / "scene"
+    first = {path.name: path.read_bytes() for path in export_scene(tmp_path / "map.xodr", target)}
+    second = {path.name: path.read_bytes() for path in export_scene(tmp_path / "map.xodr", target)}
+    assert first == second
+    assert sorted(first) == sorted(path.name for path in target.iterdir())
+    assert not list(tmp_path.glob(".osm2xodr-*"))
+
+
+def test_folders_of_others_stay(tmp_path: Path) -> None:
+    network(tmp_path)
+    target = tmp_path / "mine"
+    target.mkdir()
+    (target / "diary.txt").write_text("dear diary", encoding="utf-8")
+    with pytest.raises(OutputError, match="other files than those of a scene"):
+        export_scene(tmp_path / "map.xodr", target)
+    assert [path.name for path in target.iterdir()] == ["diary.txt"]
+
+
+def test_what_cannot_be_read_leaves_the_old_scene(tmp_path: Path) -> None:
+    network(tmp_path)
+    target = tmp_path / "scene"
+    names = sorted(path.name for path in export_scene(tmp_path / "map.xodr", target))
+    with pytest.raises(InputError):
+        export_scene(tmp_path / "map.xodr", target, dem=tmp_path / "nothing.tif")
+    assert sorted(path.name for path in target.iterdir()) == names
+
+
+def test_tiles_of_carla_count_from_the_north_west(tmp_path: Path) -> None:
+    network(tmp_path)
+    files = export_scene(tmp_path / "map.xodr", tmp_path / "Import", carla="Bend", tile=100.0)
+    names = sorted(path.name for path in files)
+    assert {"Bend.json", "Bend.xodr", "scene.json", "Bend_Tile_0_0.glb"} <= set(names)
+    package = json.loads((tmp_path / "Import" / "Bend.json").read_text(encoding="utf-8"))
+    (entry,) = package["maps"]
+    assert (entry["name"], entry["xodr"], entry["tile_size"]) == ("Bend", "./Bend.xodr", 100.0)
+    assert sorted(entry["tiles"]) == sorted(f"./{name[:-4]}.fbx" for name in names if name.endswith(".glb"))
+    # Rows to the south.
+    manifest = json.loads((tmp_path / "Import" / "scene.json").read_text(encoding="utf-8"))
+    rows = {int(tile["file"].split("_")[3][:-4]): tile["bounds"][1][1] for tile in manifest["tiles"]}
+    assert [rows[k] for k in sorted(rows)] == sorted(rows.values(), reverse=True)
+
+
+def test_obj_has_every_part_once(tmp_path: Path) -> None:
+    network(tmp_path)
+    files = export_scene(tmp_path / "map.xodr", tmp_path / "scene", format="obj", up="y")
+    manifest = json.loads((tmp_path / "scene" / "scene.json").read_text(encoding="utf-8"))
+    assert manifest["up"] == "y"
+    library = (tmp_path / "scene" / "scene.mtl").read_text(encoding="utf-8").splitlines()
+    known = {line.split()[1] for line in library if "newmtl" in line}
+    for tile in manifest["tiles"]:
+        lines = (tmp_path / "scene" / tile["file"]).read_text(encoding="utf-8").splitlines()
+        words = Counter(line.split()[0] for line in lines)
+        assert words["f"] == sum(item["triangles"] for item in tile["parts"])
+        assert words["v"] == words["vt"]
+        assert {line.split()[1] for line in lines if line.startswith("usemtl")} <= known
+        last = max(int(corner.split("/")[0]) for line in lines if line[:2] == "f " for corner in line.split()[1:])
+        assert last == words["v"]
+    assert len(files) == len(manifest["tiles"]) + 2
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [({"tile": 30.0}, "tile"), ({"carla": "a b"}, "carla"), ({"up": "y"}, "up"), ({"format": "fbx"}, "format")],
+)
+def test_options_that_cannot_be(options: dict[str, object], name: str, tmp_path: Path) -> None:
+    network(tmp_path)
+    with pytest.raises(OptionError, match=name):
+        export_scene(tmp_path / "map.xodr", tmp_path / "scene", **options)  # type: ignore[arg-type]
+    assert not (tmp_path / "scene").exists()
