@@ -99,12 +99,9 @@ __all__ = [
     "BoolArray",
     "BorderEnd",
     "Borders",
-<<<<<<< HEAD
     "BoundaryEdge",
     "BoundaryJoint",
-=======
     "Building",
->>>>>>> h-scene
     "BusStop",
     "Connection",
     "Controller",
