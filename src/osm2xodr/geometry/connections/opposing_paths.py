@@ -45,6 +45,8 @@ _TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.6, 3.3, 3.1)
 _CROSSING: Final = 1.0
 # They may turn with this share of their smallest radius: their distance changes from one arm to the other.
 _NEAR_ENOUGH: Final = 0.98
+# Less than this decides nothing, m: alike junctions shall look alike, and coordinates are rounded.
+_ROUNDING: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,7 +176,7 @@ def _redrawn(
     there = _beside(plan, pairs.there, axis, back=False)
     back = _beside(plan, pairs.back, axis, back=True)
     both = np.arange(len(apart))
-    better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart
+    better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart + _ROUNDING
     for curves, rows in ((there, pairs.there), (back, pairs.back)):
         least = np.minimum(smallest_radius(plan)[rows], radius)
         better &= (
@@ -184,7 +186,7 @@ def _redrawn(
         )
         if streets is not None:
             most = np.maximum(streets.beyond(plan, rows, rows), defaults.OFF_CARRIAGEWAY)
-            better &= streets.beyond(curves, both, rows) <= most
+            better &= streets.beyond(curves, both, rows) <= most + _ROUNDING
     chosen = np.flatnonzero(better)
     plan = replace_curves(plan, pairs.there[chosen], there, chosen)
     return replace_curves(plan, pairs.back[chosen], back, chosen)
