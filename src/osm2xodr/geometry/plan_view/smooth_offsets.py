@@ -13,8 +13,9 @@ from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Weights of points that stay where they are, and of a curvature that is even between knots, against that of a metre.
-_HELD: Final = 1e9
+# Weights of points that stay where they are (stiff short curves weigh 1e10), and of a curvature that is even between
+# knots, against that of a metre.
+_HELD: Final = 1e15
 _EVEN: Final = 1e6
 # The length over which curves are smoothed, m: at most, at least, and by how much it grows along a curve, m per m.
 _LONGEST: Final = 40.0
