@@ -13,7 +13,8 @@ from clothoids import clothoid
 from osm2xodr.model import Cubic, CubicProfile, Lane, LaneSection, LaneType, PlanView, Road, RoadLink, RoadMap, Rule
 
 CLOSE = 1e-6
-# Connecting roads write an arc of less than 1e-4 rad as its chord: headings at its ends are off by half of it, rad.
+# Connecting roads write an arc of less than 5e-5 rad as its chord: headings at its ends are off by half of it, rad,
+# and by as much again where they are drawn anew.
 TURN = 5e-5
 _FOR_CARS = (LaneType.DRIVING, LaneType.BUS, LaneType.TAXI)
 

@@ -32,8 +32,8 @@ _SHORTEST_LINE_BESIDE_ARC: Final = 0.5
 # Nor where the curve would be longer by more than this share.
 _LONGER_THAN_AN_ARC: Final = 0.07
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
-# centre.
-_STRAIGHT_BELOW: Final = 1e-4
+# centre. Curves that are drawn again begin and end as they did, so that what chords leave out adds up.
+_STRAIGHT_BELOW: Final = 5e-5
 # Two arcs whose tangents would be longer than this, m, do not meet.
 _LONGEST_TANGENT: Final = 1e7
 # Shorter records are left out, m.
