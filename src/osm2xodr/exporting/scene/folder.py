@@ -14,7 +14,7 @@ from osm2xodr.exporting.scene.glb import material_name, write_tile
 from osm2xodr.exporting.scene.materials import material_of
 from osm2xodr.exporting.scene.obj import obj_materials, write_obj_tile
 from osm2xodr.exporting.scene.scene import Scene
-from osm2xodr.exporting.scene.tiles import Tile, tiles_of
+from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
 from osm2xodr.opendrive import OpenDrive
 
 MANIFEST: Final = "scene.json"
@@ -38,7 +38,8 @@ def write_scene(
 
     `credits` name whom the data are owed.
     """
-    tiles = tiles_of(scene.parts, form.tile)
+    whole = [in_single_precision(tile, _middle(tile, form, scene)) for tile in tiles_of(scene.parts, form.tile)]
+    tiles = [tile for tile in whole if tile.parts]
     names = tile_names(tiles, form)
     owed = "; ".join(credits)
     rows = []

@@ -17,6 +17,7 @@ from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
 from osm2xodr.exporting.scene.things import thing_parts
+from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import Building, FloatArray
 from osm2xodr.opendrive import Frame, OpenDrive
 
@@ -113,10 +114,8 @@ def surface_parts(surface: RoadSurface) -> list[Part]:
 
 
 def _sound(part: Part) -> Part:
-    """Return a part without triangles that have no area in single precision."""
-    a, b, c = np.moveaxis(part.vertices[part.faces], 1, 0)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    kept = np.flatnonzero(np.isfinite(area) & (area > 1e-6))
+    """Return a part without triangles that have no area."""
+    kept = np.flatnonzero(has_area(part.vertices, part.faces))
     if len(kept) == len(part.faces):
         return part
     detail = None if part.detail is None else part.detail[kept]

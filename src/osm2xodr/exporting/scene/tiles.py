@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.exporting.scene.model import Part
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Twice the area of the smallest triangle, m²: a choice, below what can be seen.
+_LEAST_AREA: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,27 @@ def tiles_of(parts: Iterable[Part], size: float) -> list[Tile]:
             name = part.name if part.detail is None else f"{part.name}_LOD{level}"
             found.setdefault((row, column), []).append(replace(_only(part, rows), name=name))
     return [Tile(column, row, tuple(_named(found[row, column]))) for row, column in sorted(found)]
+
+
+def in_single_precision(tile: Tile, middle: Sequence[float]) -> Tile:
+    """Return a tile without triangles that have no area once vertices are single numbers that count from `middle`, m.
+
+    Corners that lie closer than single precision resolves become one there.
+    """
+    parts = []
+    for part in tile.parts:
+        points = (part.vertices - np.asarray(middle)).astype(np.float32).astype(np.float64)
+        kept = np.flatnonzero(has_area(points, part.faces))
+        parts += [part] if len(kept) == len(part.faces) else [_only(part, kept)] if len(kept) else []
+    return replace(tile, parts=tuple(parts))
+
+
+def has_area(vertices: FloatArray, faces: IntArray) -> BoolArray:
+    """Return which triangles (m, 3) of vertices (n, 3), m, are more than a line; those of unknown corners are not."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    twice = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    out: BoolArray = np.isfinite(twice) & (twice > _LEAST_AREA)
+    return out
 
 
 def _only(part: Part, rows: IntArray) -> Part:

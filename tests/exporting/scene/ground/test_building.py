@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from ground_cases import areas, edges_of, rim_edges, straight, strips
+from scene_files import Conversions, scene_named
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.model import Level, RoadSurface
@@ -14,8 +15,11 @@ from osm2xodr.model import FloatArray, IntArray
 
 pytest.importorskip("shapely")
 
+import shapely
+
 from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
-from osm2xodr.exporting.scene.roads import rim_of
+from osm2xodr.exporting.scene.roads import rim_of, road_surface
+from osm2xodr.library import read
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
 
@@ -298,3 +302,39 @@ def test_areas_too_large_for_the_memory_are_refused() -> None:
     surface = strips(straight(far), straight([(x + 4e5, z) for x, z in far], y=4e5))
     with pytest.raises(InputError, match="crop"):
         made(surface, plane(0.0))
+
+
+def above_ground(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return how high points (n, 3) lie above the triangles (m, 3, 3) that they lie within as seen from above."""
+    shapes = shapely.polygons(corners[:, :, :2])
+    wide = shapely.area(shapes) > 1e-6
+    tree = shapely.STRtree(shapely.buffer(shapes[wide], -1e-3))
+    point, triangle = tree.query(shapely.points(points[:, :2]), predicate="intersects")
+    a, b, c = np.moveaxis(corners[wide][triangle], 1, 0)
+    normal = np.cross(b - a, c - a)
+    out: FloatArray = ((points[point] - a) * normal).sum(1) / normal[:, 2]
+    return out
+
+
+@pytest.mark.parametrize("name", ["montlake_roundabout", "fremantle_placement"])
+def test_real_roads_lie_on_the_ground_at_their_edges_and_nowhere_in_it(name: str, conversions: Conversions) -> None:
+    def hills(x: FloatArray, y: FloatArray) -> FloatArray:
+        out: FloatArray = 20.0 + 5.0 * np.sin(x / 40.0) * np.cos(y / 30.0)
+        return out
+
+    file = read(conversions.of(scene_named(name)).path)
+    surface, _ = settled(road_surface(file, 0.05, 10.0), hills)
+    ground, rim = made(surface, hills), rim_of(surface)
+    corners = triangles(ground)
+    known = edges_of(corners)
+    own = rim.edges[rim.beyond == Level.GROUND]
+    length = np.linalg.norm(np.diff(surface.vertices[own], axis=1)[:, 0], axis=1)
+    unmet = np.array([edge not in known for edge in rim_edges(surface.vertices, own)])
+    # Where slivers of roads touch, edges are divided anew.
+    assert length[unmet].sum() < 0.001 * length.sum()
+    assert length.sum() > 2000.0
+    on_it = surface.vertices[np.unique(surface.faces[surface.level == Level.GROUND])]
+    assert len(above_ground(on_it, corners)) == 0
+    # Points that do lie above or below it would be seen.
+    middle = corners.mean(1)[:100]
+    assert above_ground(middle + np.array([0.0, 0.0, 0.3]), corners) == pytest.approx(0.3)
