@@ -234,6 +234,15 @@ def test_a_dead_end_of_which_too_little_is_left_is_no_road(length: float, kept: 
         assert 3.0 <= float(stages.ends.length[end]) - trims(stages)[(3, end % 2)] < 3.2
 
 
+def test_branches_of_a_fork_at_the_edge_of_a_file_are_streets() -> None:
+    """They lie on each other for all of their 50 m: 6 m apart at their ends."""
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "n": (50.0, 3.0), "s": (50.0, -3.0)}
+    motorway = "highway=motorway oneway=yes lanes=2"
+    stages = Case(nodes, {1: ("w o", motorway), 2: ("o n", motorway), 3: ("o s", motorway)}).stages()
+    assert not stages.layout.inner.any()
+    assert [len(arms) for arms in stages.layout.arms] == [3]
+
+
 @pytest.mark.parametrize(("count", "junctions"), [(8, 1), (9, 2)])
 def test_a_row_of_ts_is_one_junction_up_to_60_m(count: int, junctions: int) -> None:
     """The Ts are 8 m apart: eight measure 56 m, nine 64 m."""

@@ -29,6 +29,9 @@ _ARM_REACH_TURN: Final = 12.0
 # A ring without any junction that is shorter than this, m, is a point drawn as a line: the circle with the smallest
 # radius of a turning lane (CONNECTING_RADIUS), rounded down.
 _SHORTEST_RING: Final = 18.0
+# Dead ends longer than this, m, are streets though little of them lies outside of their junction: half of a wide
+# carriageway at a slant, and a car. Streets that part at a small angle lie on each other for longer. A choice.
+_LONGEST_STUB: Final = 15.0
 # Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
 _SHORTEST_BRIDGE: Final = 8.0
 # Junctions are measured and joined at most this many times. A choice.
@@ -56,7 +59,7 @@ class JunctionLayout:
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics) -> JunctionLayout:
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
-    Dead ends of which junctions leave less than `SHORTEST_STREET` are left out.
+    Short dead ends of which junctions leave less than `SHORTEST_STREET` are left out.
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
     `SHORTEST_STREET` of a street between them, until nothing changes; less than `SHORTEST_STREET_BETWEEN_JUNCTIONS`
@@ -81,6 +84,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
     mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE) | _on_one_deck(ends)
     needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET)
     corrected = read_node_corrections(network, ends)
+    stub = dead_end & (length < _LONGEST_STUB)
     clusters = _Clusters(xy, is_junction, tiny & ~between, corrected)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
     changed: set[int] | None = None
@@ -99,7 +103,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
         order = np.flatnonzero(tight | short)
         order = order[np.argsort(np.where(corrected.joined, -np.inf, left)[order], kind="stable")]
         changed = clusters.join(order, a, b, np.where(tiny | corrected.joined, np.inf, extent))
-        changed |= clusters.leave_out(np.flatnonzero(dead_end & ~clusters.inner & (left < SHORTEST_STREET)), a, b)
+        changed |= clusters.leave_out(np.flatnonzero(stub & ~clusters.inner & (left < SHORTEST_STREET)), a, b)
         if not changed:
             break
     report_node_corrections(network, corrected, clusters.group, diagnostics)
