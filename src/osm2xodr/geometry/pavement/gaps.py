@@ -5,7 +5,7 @@ Lanes are drawn into a grid of small cells, one for each junction; what is conne
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -16,13 +16,14 @@ from scipy.sparse.csgraph import connected_components
 from osm2xodr.curves import ranks, runs, starts
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
-# What cells hold that no lane covers: nothing, or a strip of pavement.
+# What cells hold that no lane covers: nothing, a strip beside a kerb, or one between lanes for cars.
 FREE: Final = -1
 STRIP: Final = -2
+PAVED: Final = -3
 # Points are drawn so many at a time: few enough for a processor's cache.
 _AT_ONCE: Final = 16384
 # Cells around the lanes of a junction: outside.
@@ -46,7 +47,7 @@ class Grids:
 
     start: IntArray  # (J + 1,) Index of each junction's first cell
     wide: IntArray  # (J,) How many cells it has from west to east
-    # (cells,) The connecting road whose lanes cover each, one of them where there are several, or `FREE` or `STRIP`
+    # (cells,) The connecting road whose lanes cover each, one of several, or `FREE`, `STRIP` or `PAVED`
     road: NDArray[np.int32]
     # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
     gap: NDArray[np.int32]
@@ -61,6 +62,8 @@ class Grids:
     end: NDArray[np.int32]
     across: NDArray[np.int32]
     holes: Runs | None = None  # What may be islands
+    # By number of the gap: whether lanes for cars alone enclose it and it is too small for an island; [0] is none
+    paved: BoolArray = field(default_factory=lambda: np.zeros(1, bool))
 
     def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the cells at t, m, (steps, n), of the k-th cross sections, (n,); t is at most a cell off lanes."""
@@ -104,8 +107,11 @@ class Grids:
                 self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
 
 
-def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
-    """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,)."""
+def find_gaps(sections: CrossSections, junction: IntArray, cars: BoolArray) -> Grids:
+    """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,).
+
+    `cars` says which connecting roads are for motor vehicles, (roads,).
+    """
     grids = _empty_grids(sections, junction)
     _draw(grids, sections)
     owner, first, last = _free_runs(grids)
@@ -127,8 +133,21 @@ def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
     number = np.where(good, np.cumsum(good), 0)[area]
     rows = np.flatnonzero(number)
     count = (last - first)[rows]
-    grids.gap[runs(first[rows], count)] = np.repeat(number[rows], count)
-    return replace(grids, holes=holes)
+    cells, of = runs(first[rows], count), np.repeat(number[rows], count)
+    grids.gap[cells] = of
+    paved = np.append(False, size[good] < defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2)
+    paved[of[_at_kerb(grids, cells, np.repeat(grids.wide[owner[rows]], count), cars)]] = False
+    return replace(grids, holes=holes, paved=paved)
+
+
+def _at_kerb(grids: Grids, cells: IntArray, wide: IntArray, cars: BoolArray) -> BoolArray:
+    """Say beside which cells lies a lane that is not for cars, or a strip beside one, (n,)."""
+    # `STRIP` and `PAVED` count from the end, and `FREE` is no lane.
+    kerb = np.concatenate([~cars, [False, True, False]])
+    out = np.zeros(len(cells), bool)
+    for step in (-1, 1, -wide, wide):
+        out |= kerb[grids.road[cells + step]]
+    return out
 
 
 def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
@@ -189,8 +208,10 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
 
 def _draw(grids: Grids, sections: CrossSections) -> None:
     """Draw strips, then lanes into the grids."""
-    strip = np.full(len(sections.s), STRIP, np.int32)
-    grids.draw(sections.left, sections.left + sections.more_left, strip)
-    grids.draw(sections.right - sections.more_right, sections.right, strip)
+    left, right = (
+        np.where(item, PAVED, STRIP).astype(np.int32) for item in (sections.paved_left, sections.paved_right)
+    )
+    grids.draw(sections.left, sections.left + sections.more_left, left)
+    grids.draw(sections.right - sections.more_right, sections.right, right)
     inset = defaults.GAP_INSET
     grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))
