@@ -10,7 +10,8 @@ import numpy as np
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
-from osm2xodr.geometry.pavement.gaps import POINTS_PER_CELL, Grids, find_gaps
+from osm2xodr.geometry.pavement.faces import Faces
+from osm2xodr.geometry.pavement.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
 from osm2xodr.geometry.pavement.islands import Hole, find_holes
 from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
@@ -45,13 +46,14 @@ class Floor:
     holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
 
 
-def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
-    """Return the strips beside connecting roads that close the gaps which these enclose."""
+def lay_floor(roads: ConnectingRoads, rule: Rule, faces: Faces | None = None) -> Floor:
+    """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose."""
     if not len(roads.length):
         return Floor({}, {})
     edges = LaneEdges.of(roads, rule)
-    junction = np.unique(roads.junction, return_inverse=True)[1].astype(np.int64)
-    parts = [_laid(rows, junction[rows], roads, edges) for rows in _batches(roads, junction)]
+    known, number = np.unique(roads.junction, return_inverse=True)
+    junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
+    parts = [_laid(rows, junction[rows], roads, edges, faces) for rows in _batches(roads, junction)]
     found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
@@ -72,17 +74,18 @@ def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
 
 
 def _laid(
-    rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges
+    rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges, faces: Faces
 ) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
     """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and holes.
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs.
     """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
-    number = np.unique(junction_of, return_inverse=True)[1].astype(np.int64)
+    known, of = np.unique(junction_of, return_inverse=True)
+    number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
     cars = roads.for_vehicles()
-    grids = find_gaps(sections, junction, cars)
+    grids = find_gaps(sections, junction, cars, faces)
     holes = find_holes(grids, cars)
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
     for _ in range(_PASSES - 1):
@@ -92,7 +95,8 @@ def _laid(
             break
         here = sections.chosen(again).widened(width[:, again], paved[:, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        more, of_these, left = _strips(find_gaps(here, renumbered, cars), here, renumbered, roads, edges)
+        found = find_gaps(here, renumbered, cars, faces.within(junctions))
+        more, of_these, left = _strips(found, here, renumbered, roads, edges)
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
         width[:, again] += more
         with_gap[junctions] = left
@@ -191,6 +195,12 @@ class _Strips:
         """Return strips along rays as far as the lanes behind the gap."""
         other = rays.roads_at(end, grids)
         reach = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        at = np.flatnonzero(other == FACE)
+        if grids.faces is not None and len(at):
+            k, sign = rays.section[at], rays.side[at]
+            edge, dx, dy = sections.edge(sign, k), sections.nx[k], sections.ny[k]
+            begin = sections.x[k] + edge * dx, sections.y[k] + edge * dy
+            reach[at] = grids.faces.meet(*begin, sign * dx, sign * dy, reach[at])
         order = np.lexsort((rays.section, rays.side))
         return cls(rays.section[order], rays.side[order], other[order], grids.paved[rays.gap][order], reach[order])
 
