@@ -31,7 +31,18 @@ TECHNICAL = {
         "_DISTANCES_AT_ONCE",
         "_AT_ONCE",
     ),
-    *("_PIECE_LENGTH", "_MOST_LANES", "_WIDTH_DECIMALS", "_SAME_WIDTH", "FREE", "STRIP", "_APART", "_AT_ONCE"),
+    *(
+        "_PIECE_LENGTH",
+        "_MOST_LANES",
+        "_WIDTH_DECIMALS",
+        "_SAME_WIDTH",
+        "FREE",
+        "STRIP",
+        "PAVED",
+        "FACE",
+        "_APART",
+        "_AT_ONCE",
+    ),
 }
 
 

@@ -134,7 +134,8 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
             Target(
                 "esmini",
                 value_in_subtype=False,
-                lane_types=(("bus", "restricted"), ("taxi", "restricted")),
+                # It draws shoulders as grass, and lanes of type stop as asphalt.
+                lane_types=(("bus", "restricted"), ("shoulder", "stop"), ("taxi", "restricted")),
                 light_references=False,
                 object_ids=False,
             ),

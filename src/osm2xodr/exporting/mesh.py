@@ -40,7 +40,7 @@ _COLORS: Final = MappingProxyType(
         "parking": (0.32, 0.32, 0.36),
         "rail": (0.28, 0.22, 0.18),
         "restricted": (0.40, 0.38, 0.30),
-        "shoulder": (0.36, 0.35, 0.33),
+        "shoulder": (0.26, 0.26, 0.28),
         "sidewalk": _PAVING,
         "stop": (0.30, 0.30, 0.33),
         "tram": (0.28, 0.22, 0.18),

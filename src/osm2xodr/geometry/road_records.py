@@ -234,20 +234,26 @@ def with_floor(road_map: RoadMap, first: int, floor: Floor) -> RoadMap:
     roads = list(road_map.roads)
     for k in sorted(floor.left.keys() | floor.right.keys()):
         road = roads[first + k]
-        sections = _with_strips(road.lane_sections, floor.left.get(k), floor.right.get(k))
+        strips = (
+            (LaneType.SHOULDER if k in paved else LaneType.BORDER, widths.get(k))
+            for widths, paved in ((floor.left, floor.paved_left), (floor.right, floor.paved_right))
+        )
+        sections = _with_strips(road.lane_sections, *strips)
         roads[first + k] = replace(road, lane_sections=sections)
     return replace(road_map, roads=tuple(roads))
 
 
 def _with_strips(
-    sections: tuple[LaneSection, ...], left: tuple[Cubic, ...] | None, right: tuple[Cubic, ...] | None
+    sections: tuple[LaneSection, ...],
+    left: tuple[LaneType, tuple[Cubic, ...] | None],
+    right: tuple[LaneType, tuple[Cubic, ...] | None],
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road with the junction's floor beside its lanes."""
     lanes = sections[0].lanes
-    # A border is as high as the lanes for cars beside it (ASAM OpenDRIVE 1.8, 11.7.1).
+    # Both types are as high as the lanes for cars beside them (ASAM OpenDRIVE 1.8, 11.7.1).
     outer = [
-        (Lane(lane, LaneType.BORDER, widths, road_mark=NO_MARK),) if widths is not None else ()
-        for lane, widths in ((lanes[0].id + 1, left), (lanes[-1].id - 1, right))
+        (Lane(lane, kind, widths, road_mark=NO_MARK),) if widths is not None else ()
+        for lane, (kind, widths) in ((lanes[0].id + 1, left), (lanes[-1].id - 1, right))
     ]
     return (LaneSection(sections[0].s, (*outer[0], *lanes, *outer[1])),)
 

@@ -25,7 +25,7 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
-from osm2xodr.geometry.pavement import Hole, is_island, lay_floor
+from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
@@ -107,7 +107,7 @@ def build_roads(
         on_lanes(road_map)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
-    floor = lay_floor(through, network.rule)
+    floor = lay_floor(through, network.rule, Faces.of(plan.parts, through))
     islands = tuple(_islands(network, plan, through, floor.holes))
     return replace(with_floor(road_map, len(plan.parts.length), floor), islands=islands)
 

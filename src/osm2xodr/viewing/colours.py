@@ -43,7 +43,7 @@ LANE_TYPES: Final = colours_by_name(
         "#2f8f83": "biking",
         "#4f7fbf": "parking",
         "#d9c7a3": "sidewalk walking",
-        "#9aa78c": "shoulder stop",
+        "#76828e": "shoulder stop",
         "#b7bfa6": "border",
         "#8f8f8f": "curb",
         "#a9c08f": "median",

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 from floor_cases import Line, connecting
 from road_measures import width_at
 
-from osm2xodr.geometry.pavement import lay_floor
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.pavement import Faces, lay_floor
 from osm2xodr.geometry.pavement.widths import width_records
-from osm2xodr.model import Rule
+from osm2xodr.model import LaneType, PlanView, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 
@@ -39,6 +43,59 @@ def test_lanes_the_other_way_round_have_it_on_the_other_side() -> None:
 def test_a_place_that_is_open_to_a_side_stays_open() -> None:
     floor = lay_floor(connecting(AROUND[:3]), Rule.RIGHT_HAND)
     assert (floor.left, floor.right) == ({}, {})
+
+
+def test_a_small_gap_between_lanes_for_cars_is_paved_but_none_at_a_kerb() -> None:
+    """2.5 m by 2 m; 6 m² may be an island."""
+    small = connecting([(x0 - 1.5 * (x0 > 3), y0, x1 - 1.5 * (x1 > 3), y1) for x0, y0, x1, y1 in AROUND])
+    floor = lay_floor(small, Rule.RIGHT_HAND)
+    assert len(floor.left) == 1
+    assert floor.paved_left == set(floor.left)
+    assert floor.paved_right == set()
+    kinds = (LaneType.DRIVING, LaneType.DRIVING, LaneType.SIDEWALK, LaneType.DRIVING)
+    for other in (replace(small, lane_type=kinds), connecting(AROUND)):
+        floor = lay_floor(other, Rule.RIGHT_HAND)
+        assert floor.left
+        assert floor.paved_left == set()
+
+
+def test_the_end_of_a_road_that_nothing_goes_on_from_closes_a_gap() -> None:
+    """The road ends at x = 0, where pavement becomes narrower to the south of its middle: 1 m on 3 m."""
+    x, y = np.linspace(0.0, 6.0, 60), np.linspace(2.0, 0.0, 60)
+    lines = np.array([[0.0, 2.0, 6.0, 0.0], [0.0, 2.0, 0.0, 0.0]])
+    faces = Faces(np.zeros(120, np.int64), np.append(x, 0 * x), np.append(y, y), lines)
+    roads = connecting([(0.0, -1.5, 12.0, -1.5)])
+    assert lay_floor(roads, Rule.RIGHT_HAND).left == {}
+    floor = lay_floor(roads, Rule.RIGHT_HAND, faces)
+    assert floor.paved_left == {0}
+    for s in (0.9, 1.8, 2.7, 3.6, 4.5):
+        assert width_at(floor.left[0], s) == pytest.approx((6.0 - s) / 3 + 0.05, abs=0.06)
+    assert width_at(floor.left[0], 8.0) == 0.0
+
+
+def test_end_faces_are_where_half_of_a_carriageway_ends() -> None:
+    """A road of 10 m to the east, 6 m wide; a lane of 3 m leads on from the right side of its end."""
+    zero = np.zeros(1)
+    section = SimpleNamespace(left_edge=3.0, right_edge=-3.0)
+    parts = cast(
+        RoadParts,
+        SimpleNamespace(
+            plan_view=PlanView(np.arange(2), zero, zero, zero, zero, zero + 10.0, zero),
+            length=zero + 10.0,
+            at_end=lambda end: SimpleNamespace(section=section),
+        ),
+    )
+    end, lane, t = np.array([1]), np.array([-1]), np.array([-1.5])
+    one = connecting([(10.0, -1.5, 22.0, -1.5)], [4])
+    right = replace(one, entry=end, exit=end, entry_lane=lane, exit_lane=lane, entry_t=t, exit_t=t)
+    faces = Faces.of(parts, right)
+    assert set(faces.junction.tolist()) == {4}
+    assert faces.lines.tolist() == [
+        pytest.approx([9.85, 3.4, 9.85, -3.4]),
+        pytest.approx([9.85, 3.0, 19.0, 0.0]),
+    ]
+    whole = replace(right, entry_t=zero, exit_t=zero, entry_width=zero + 6.0, exit_width=zero + 6.0)
+    assert not len(Faces.of(parts, whole).lines)
 
 
 def test_lanes_of_two_junctions_enclose_nothing() -> None:

@@ -19,13 +19,8 @@ from osm2xodr.model import BoolArray, BoundaryEdge, BoundaryJoint, FloatArray, R
 _DECIMALS: Final = 3
 
 
-def with_boundaries(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
-    """Return a road map whose junctions know their boundary (ASAM OpenDRIVE 1.8, 12.10).
-
-    It runs counter-clockwise: across each arm, then along the outermost edges of connecting roads to the next one.
-    Junctions whose roads leave a gap between two arms have none, which is counted in a diagnostic: only further roads
-    could close it, which are none for traffic, and readers take them for such.
-    """
+def find_boundaries(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+    """Return a road map whose junctions know their boundary, as `with_boundaries` says."""
     edges = Edges.of(road_map)
     if not len(edges.road):
         return road_map

@@ -9,7 +9,7 @@ import numpy as np
 from osm2xodr.curves import advance, find_record, places_along
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
-from osm2xodr.model import FloatArray, IntArray, Rule
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,14 +67,17 @@ class CrossSections:
     # (n,) The width of strips beyond them, m
     more_left: FloatArray
     more_right: FloatArray
+    # (n,) Whether these lie between lanes for cars
+    paved_left: BoolArray
+    paved_right: BoolArray
 
     def chosen(self, rows: IntArray) -> CrossSections:
         """Return some of them."""
         return CrossSections(*(getattr(self, item.name)[rows] for item in fields(self)))
 
-    def widened(self, left: FloatArray, right: FloatArray) -> CrossSections:
-        """Return them with strips of other widths, (n,), m."""
-        return replace(self, more_left=left, more_right=right)
+    def widened(self, more: FloatArray, paved: BoolArray) -> CrossSections:
+        """Return them with other strips, left and right: their widths, m, and which are paved, both (2, n)."""
+        return replace(self, more_left=more[0], more_right=more[1], paved_left=paved[0], paved_right=paved[1])
 
     def edge(self, side: IntArray, k: IntArray) -> FloatArray:
         """Return t of the outer edges, strips included, at the left (1) or right (-1) of the k-th ones, m."""
@@ -95,5 +98,5 @@ class CrossSections:
         count = np.bincount(road, minlength=len(edges.length))
         apart = (edges.length / (count - 1))[road]
         left, right = edges.at(road, s)
-        none = np.zeros(len(s))
-        return cls(road, apart, s, x, y, nx, ny, curvature, left, right, none, none)
+        none, no = np.zeros(len(s)), np.zeros(len(s), bool)
+        return cls(road, apart, s, x, y, nx, ny, curvature, left, right, none, none, no, no)

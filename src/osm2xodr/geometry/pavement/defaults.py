@@ -13,6 +13,8 @@ GAP_INSET: Final = 0.18
 GAP_LEAST_AREA: Final = 0.15
 # Gaps of more area are blocks between roads, not parts of a junction, m². A choice.
 GAP_LARGEST_AREA: Final = 65.0
+# Least width of a carriageway's end that no lane goes on from, m: as wide as the smallest lanes. A choice.
+FACE_LEAST_OPEN: Final = 1.0
 # How far a strip of pavement reaches from a lane's edge at most, m. A choice.
 FLOOR_REACH: Final = 9.0
 # Strips of less area are left out, m²: below what a wheel notices. A choice.

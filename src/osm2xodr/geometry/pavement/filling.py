@@ -10,7 +10,8 @@ import numpy as np
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
-from osm2xodr.geometry.pavement.gaps import POINTS_PER_CELL, Grids, find_gaps
+from osm2xodr.geometry.pavement.faces import Faces
+from osm2xodr.geometry.pavement.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
 from osm2xodr.geometry.pavement.islands import Hole, find_holes
 from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
@@ -39,23 +40,29 @@ class Floor:
 
     left: dict[int, tuple[Cubic, ...]]
     right: dict[int, tuple[Cubic, ...]]
+    # Roads whose strips lie between lanes for cars, more of them than beside kerbs
+    paved_left: frozenset[int] = frozenset()
+    paved_right: frozenset[int] = frozenset()
     holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
 
 
-def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
-    """Return the strips beside connecting roads that close the gaps which these enclose."""
+def lay_floor(roads: ConnectingRoads, rule: Rule, faces: Faces | None = None) -> Floor:
+    """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose."""
     if not len(roads.length):
         return Floor({}, {})
     edges = LaneEdges.of(roads, rule)
-    junction = np.unique(roads.junction, return_inverse=True)[1].astype(np.int64)
-    parts = [_laid(rows, junction[rows], roads, edges) for rows in _batches(roads, junction)]
+    known, number = np.unique(roads.junction, return_inverse=True)
+    junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
+    parts = [_laid(rows, junction[rows], roads, edges, faces) for rows in _batches(roads, junction)]
     found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
     road, s, spacing = road[order], s[order], spacing[order]
-    widths = np.hstack([width for _, width, _ in parts])
-    left, right = (_records(road, s, spacing, each[order]) for each in widths)
-    return Floor(left, right, tuple(hole for *_, holes in parts for hole in holes))
+    widths = np.hstack([width for _, width, *_ in parts])[:, order]
+    paved = np.hstack([item for *_, item, _ in parts])[:, order]
+    left, right = (_records(road, s, spacing, each) for each in widths)
+    paved_left, paved_right = (_mostly_paved(road, spacing, widths[k], paved[k]) for k in (0, 1))
+    return Floor(left, right, paved_left, paved_right, tuple(hole for *_, holes in parts for hole in holes))
 
 
 def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
@@ -67,30 +74,34 @@ def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
 
 
 def _laid(
-    rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges
-) -> tuple[CrossSections, FloatArray, list[Hole]]:
-    """Return the cross sections of roads with strips, how wide these are there, (2, n), m, and holes.
+    rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges, faces: Faces
+) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
+    """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and holes.
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs.
     """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
-    number = np.unique(junction_of, return_inverse=True)[1].astype(np.int64)
+    known, of = np.unique(junction_of, return_inverse=True)
+    number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
-    grids = find_gaps(sections, junction)
-    holes = find_holes(grids, roads)
-    width, with_gap = _strips(grids, sections, junction, roads, edges)
+    cars = roads.for_vehicles()
+    grids = find_gaps(sections, junction, cars, faces)
+    holes = find_holes(grids, cars)
+    width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
     for _ in range(_PASSES - 1):
         # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
         again = np.flatnonzero(with_gap[junction])
         if not len(again):
             break
-        here = sections.chosen(again).widened(width[0, again], width[1, again])
+        here = sections.chosen(again).widened(width[:, again], paved[:, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        more, left = _strips(find_gaps(here, renumbered), here, renumbered, roads, edges)
+        found = find_gaps(here, renumbered, cars, faces.within(junctions))
+        more, of_these, left = _strips(found, here, renumbered, roads, edges)
+        paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
         width[:, again] += more
         with_gap[junctions] = left
     used = _of_roads_with_strips(width, sections)
-    return sections.chosen(used), width[:, used], holes
+    return sections.chosen(used), width[:, used], paved[:, used], holes
 
 
 def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
@@ -102,11 +113,11 @@ def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArra
 
 def _strips(
     grids: Grids, sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
-) -> tuple[FloatArray, BoolArray]:
-    """Return the widths of strips, left and right (2, n), m, and which junctions have large ones, (J,)."""
-    width = np.zeros((2, len(sections.s)))
+) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Return the widths of strips, left and right (2, n), m, which are paved, and which junctions have large ones."""
+    width, paved = np.zeros((2, len(sections.s))), np.zeros((2, len(sections.s)), bool)
     if not grids.gap.any():
-        return width, np.zeros(len(grids.wide), bool)
+        return width, paved, np.zeros(len(grids.wide), bool)
     rays = cast_rays(grids, sections, junction)
     for _ in range(_MOST_STRIPS):
         end = rays.ends(grids)
@@ -116,12 +127,13 @@ def _strips(
         strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
         for part in (strip, _continued(strip, sections, roads, edges)):
             np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
+            paved[part.row[part.paved], part.section[part.paved]] = True
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
     area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
     rows = _of_roads_with_strips(width, sections)
     width[:, rows] = _with_late_steps(width[:, rows], sections.chosen(rows))
-    return width, area >= _LARGE_STRIPS
+    return width, paved, area >= _LARGE_STRIPS
 
 
 def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
@@ -167,6 +179,7 @@ class _Strips:
     section: IntArray  # (n,) Index of the cross section
     side: IntArray  # (n,) Left 1, right -1
     other: IntArray  # (n,) The connecting road at whose lanes the strip ends there; -1 for none
+    paved: BoolArray  # (n,) Whether it lies between lanes for cars
     reach: FloatArray  # (n,) Its width, m
 
     @classmethod
@@ -182,8 +195,14 @@ class _Strips:
         """Return strips along rays as far as the lanes behind the gap."""
         other = rays.roads_at(end, grids)
         reach = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        at = np.flatnonzero(other == FACE)
+        if grids.faces is not None and len(at):
+            k, sign = rays.section[at], rays.side[at]
+            edge, dx, dy = sections.edge(sign, k), sections.nx[k], sections.ny[k]
+            begin = sections.x[k] + edge * dx, sections.y[k] + edge * dy
+            reach[at] = grids.faces.meet(*begin, sign * dx, sign * dy, reach[at])
         order = np.lexsort((rays.section, rays.side))
-        return cls(rays.section[order], rays.side[order], other[order], reach[order])
+        return cls(rays.section[order], rays.side[order], other[order], grids.paved[rays.gap][order], reach[order])
 
     @property
     def row(self) -> IntArray:
@@ -201,14 +220,14 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
         k = np.flatnonzero(ends & (strips.other >= 0))
         ahead = np.clip(section[k, None] + sense * steps, 0, last)
         same = sections.road[ahead] == sections.road[section[k], None]
-        flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other))
-        sides, reach, other = flat
+        flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other, strips.paved))
+        sides, reach, other, paved = flat
         reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
         good = same & (reach > 0.0) & (reach < _NARROW)
         good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
         good = np.logical_and.accumulate(good, axis=1)
         keep = good.ravel()
-        found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], reach.ravel()[keep]))
+        found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], paved[keep], reach.ravel()[keep]))
     return _Strips(*(np.concatenate([getattr(item, name) for item in found]) for name in _Strips.__slots__))
 
 
@@ -223,3 +242,9 @@ def _records(road: IntArray, s: FloatArray, spacing: FloatArray, width: FloatArr
     strip = np.searchsorted(with_strip, road[rows])
     records = width_records(strip, s[rows], width[rows], len(with_strip), defaults.FLOOR_TOLERANCE)
     return dict(zip(with_strip.tolist(), records, strict=True))
+
+
+def _mostly_paved(road: IntArray, spacing: FloatArray, width: FloatArray, paved: BoolArray) -> frozenset[int]:
+    """Return the roads whose strips are paved on more than half of their area."""
+    whole, part = (np.bincount(road, item * spacing) for item in (width, width * paved))
+    return frozenset(np.flatnonzero(part > whole / 2).tolist())

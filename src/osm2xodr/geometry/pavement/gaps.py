@@ -5,7 +5,7 @@ Lanes are drawn into a grid of small cells, one for each junction; what is conne
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -16,13 +16,17 @@ from scipy.sparse.csgraph import connected_components
 from osm2xodr.curves import ranks, runs, starts
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.geometry.pavement.faces import Faces
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
-# What cells hold that no lane covers: nothing, or a strip of pavement.
+# What cells hold that no lane covers: nothing, a strip beside a kerb, or one between lanes for cars.
 FREE: Final = -1
 STRIP: Final = -2
+PAVED: Final = -3
+# The end face of a carriageway.
+FACE: Final = -4
 # Points are drawn so many at a time: few enough for a processor's cache.
 _AT_ONCE: Final = 16384
 # Cells around the lanes of a junction: outside.
@@ -46,7 +50,7 @@ class Grids:
 
     start: IntArray  # (J + 1,) Index of each junction's first cell
     wide: IntArray  # (J,) How many cells it has from west to east
-    # (cells,) The connecting road whose lanes cover each, one of them where there are several, or `FREE` or `STRIP`
+    # (cells,) The connecting road whose lanes cover each, one of several, or `FREE`, `STRIP`, `PAVED` or `FACE`
     road: NDArray[np.int32]
     # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
     gap: NDArray[np.int32]
@@ -61,6 +65,10 @@ class Grids:
     end: NDArray[np.int32]
     across: NDArray[np.int32]
     holes: Runs | None = None  # What may be islands
+    faces: Faces | None = None  # What else bounds gaps
+    # By number of the gap: whether it is between lanes for cars alone and too small for an island, or where one
+    # ends; [0] is none
+    paved: BoolArray = field(default_factory=lambda: np.zeros(1, bool))
 
     def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the cells at t, m, (steps, n), of the k-th cross sections, (n,); t is at most a cell off lanes."""
@@ -104,10 +112,13 @@ class Grids:
                 self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
 
 
-def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
-    """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,)."""
-    grids = _empty_grids(sections, junction)
-    _draw(grids, sections)
+def find_gaps(sections: CrossSections, junction: IntArray, cars: BoolArray, faces: Faces) -> Grids:
+    """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,).
+
+    `cars` says which connecting roads are for motor vehicles, (roads,); `faces` bound gaps as lanes do.
+    """
+    grids = _empty_grids(sections, junction, faces)
+    _draw(grids, sections, faces)
     owner, first, last = _free_runs(grids)
     area = _connected(grids, owner, first, last)
     size = np.bincount(area, last - first)
@@ -127,8 +138,26 @@ def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
     number = np.where(good, np.cumsum(good), 0)[area]
     rows = np.flatnonzero(number)
     count = (last - first)[rows]
-    grids.gap[runs(first[rows], count)] = np.repeat(number[rows], count)
-    return replace(grids, holes=holes)
+    cells, of = runs(first[rows], count), np.repeat(number[rows], count)
+    grids.gap[cells] = of
+    paved = np.append(False, size[good] < defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2)
+    wide = np.repeat(grids.wide[owner[rows]], count)
+    # `FACE`, `PAVED`, `STRIP` and `FREE` count from the end.
+    paved[of[_beside(grids, cells, wide, np.concatenate([~cars, [False, False, True, False]]))]] = False
+    if len(faces.x):
+        # Lanes for cars end there.
+        paved[of[_beside(grids, cells, wide, np.append(np.zeros(len(cars), bool), [True, False, False, False]))]] = (
+            True
+        )
+    return replace(grids, holes=holes, faces=faces, paved=paved)
+
+
+def _beside(grids: Grids, cells: IntArray, wide: IntArray, wanted: BoolArray) -> BoolArray:
+    """Say beside which cells lies one that holds what is `wanted`, (n,); their grids are `wide` (n,)."""
+    out = np.zeros(len(cells), bool)
+    for step in (-1, 1, -wide, wide):
+        out |= wanted[grids.road[cells + step]]
+    return out
 
 
 def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
@@ -163,7 +192,7 @@ def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -
     return rank[label]
 
 
-def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
+def _empty_grids(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:
     """Return grids around all lanes."""
     count = int(junction.max()) + 1
     low, high = np.full((2, count), np.inf), np.full((2, count), -np.inf)
@@ -173,6 +202,9 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
             edge = (v + t * n) / defaults.GAP_CELL
             np.minimum.at(low[k], junction[first], np.minimum.reduceat(edge, first))
             np.maximum.at(high[k], junction[first], np.maximum.reduceat(edge, first))
+    for k, v in enumerate((faces.x, faces.y)):
+        np.minimum.at(low[k], faces.junction, v / defaults.GAP_CELL)
+        np.maximum.at(high[k], faces.junction, v / defaults.GAP_CELL)
     low = np.floor(low) - _BORDER
     wide, deep = (np.ceil(high - low) + _BORDER).astype(np.int64)
     start = starts(wide * deep)
@@ -187,10 +219,15 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     return Grids(start, wide, road, np.zeros(len(road), np.int32), low.T.astype(np.int64), *places)
 
 
-def _draw(grids: Grids, sections: CrossSections) -> None:
-    """Draw strips, then lanes into the grids."""
-    strip = np.full(len(sections.s), STRIP, np.int32)
-    grids.draw(sections.left, sections.left + sections.more_left, strip)
-    grids.draw(sections.right - sections.more_right, sections.right, strip)
+def _draw(grids: Grids, sections: CrossSections, faces: Faces) -> None:
+    """Draw end faces, strips, then lanes into the grids."""
+    place = np.floor(np.column_stack([faces.x, faces.y]) / defaults.GAP_CELL).astype(np.int64)
+    column, row = (place - grids.corner[faces.junction]).T
+    grids.road[grids.start[faces.junction] + row * grids.wide[faces.junction] + column] = FACE
+    left, right = (
+        np.where(item, PAVED, STRIP).astype(np.int32) for item in (sections.paved_left, sections.paved_right)
+    )
+    grids.draw(sections.left, sections.left + sections.more_left, left)
+    grids.draw(sections.right - sections.more_right, sections.right, right)
     inset = defaults.GAP_INSET
     grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))

@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray
@@ -28,8 +27,8 @@ class Hole:
     area: float  # Of all of it, m²
 
 
-def find_holes(grids: Grids, roads: ConnectingRoads) -> list[Hole]:
-    """Return the places of some size that lanes for cars go round."""
+def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
+    """Return the places of some size that lanes for cars, `cars` (roads,), go round."""
     found: list[Hole] = []
     holes = grids.holes
     if holes is None or not len(holes.area):
@@ -37,7 +36,6 @@ def find_holes(grids: Grids, roads: ConnectingRoads) -> list[Hole]:
     # It takes long to load, and few areas need it.
     from scipy import ndimage
 
-    cars = roads.for_vehicles()
     begin = np.unique(holes.area, return_index=True)[1].tolist()
     for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
         grid = int(holes.grid[a])

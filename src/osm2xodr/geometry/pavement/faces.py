@@ -1,0 +1,132 @@
+"""Where carriageways end at junctions and no lane goes on: their end faces bound the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import pose
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.pavement import defaults
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Distance of places on end faces, as a share of a cell's size: none is missed.
+_PLACES_PER_CELL: Final = 0.5
+# End faces are drawn so far behind the end of the road, and so far beyond both edges of its carriageway, m.
+_BEHIND: Final = 0.15
+_BEYOND: Final = 0.4
+# So many metres along the road pavement in the open takes to become a metre narrower. A choice: cars that stop at a
+# line go past its end on no path.
+_TAPER: Final = 3.0
+
+
+# What a ray meets lies this near to the cells that say so, m: three of them.
+_NEAR: Final = 1.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Faces:
+    """Places on end faces and on the outer edges of the pavement before them, (n,)."""
+
+    junction: IntArray
+    # Where, m
+    x: FloatArray
+    y: FloatArray
+    lines: FloatArray  # (m, 4) From x, y to x, y, of all junctions, m
+
+    def within(self, junctions: IntArray) -> Faces:
+        """Return those in some junctions (m,), ascending, numbered by their place among these."""
+        rows = np.flatnonzero(np.isin(self.junction, junctions))
+        return Faces(np.searchsorted(junctions, self.junction[rows]), self.x[rows], self.y[rows], self.lines)
+
+    @classmethod
+    def none(cls) -> Faces:
+        """Return no places."""
+        return cls(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 4)))
+
+    @classmethod
+    def of(cls, parts: RoadParts, roads: ConnectingRoads) -> Faces:
+        """Return the end faces of carriageways with a stretch that no connecting road for cars goes on from.
+
+        Before a stretch at a side without sidewalk the pavement becomes narrower along the connecting road.
+        """
+        cars = roads.for_vehicles()
+        junction = dict(zip(_both(roads.entry, roads.exit), _both(roads.junction, roads.junction), strict=True))
+        walks = set(zip(_both(roads.entry, roads.exit, ~cars), _signs(roads, ~cars), strict=True))
+        found: list[tuple[int, float, float, float, float]] = []
+        for at, covered in _covered(roads, cars):
+            section = parts.at_end(at).section
+            left, right = section.left_edge, section.right_edge
+            if left - right - sum(high - low for low, high in covered) < defaults.FACE_LEAST_OPEN:
+                continue
+            found.append((at, -_BEHIND, -_BEHIND, left + _BEYOND, right - _BEYOND))
+            for side, room in ((1, left - max(high for _, high in covered)), (-1, min(covered)[0] - right)):
+                if room >= defaults.FACE_LEAST_OPEN and (at, side) not in walks:
+                    edge = left if side > 0 else right
+                    found.append((at, -_BEHIND, _TAPER * room, edge, edge - side * room))
+        if not found:
+            return cls.none()
+        ends, *columns = zip(*found, strict=True)
+        end = np.array(ends, np.int64)
+        u0, u1, t0, t1 = (np.array(column) for column in columns)
+        count = np.ceil(np.hypot(u1 - u0, t1 - t0) / (_PLACES_PER_CELL * defaults.GAP_CELL)).astype(np.int64) + 1
+        row = np.repeat(np.arange(len(end)), count)
+        share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / (count - 1)[row]
+        at_end = end % 2 == 1
+        x, y, hdg = pose(parts.plan_view, end // 2, np.where(at_end, parts.length[end // 2], 0.0))
+        u = (u0[row] + share * (u1 - u0)[row]) * np.where(at_end, 1.0, -1.0)[row]
+        t = t0[row] + share * (t1 - t0)[row]
+        cos, sin = np.cos(hdg)[row], np.sin(hdg)[row]
+        numbers = np.array([junction[item] for item in ends], np.int64)
+        px, py = x[row] + u * cos - t * sin, y[row] + u * sin + t * cos
+        last = np.cumsum(count) - 1
+        first = last - count + 1
+        return cls(numbers[row], px, py, np.column_stack([px[first], py[first], px[last], py[last]]))
+
+    def meet(self, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, reach: FloatArray) -> FloatArray:
+        """Return how far from x, y in a direction they lie, near `reach`, which stays where none is near, (n,), m."""
+        ax, ay, bx, by = self.lines.T
+        ex, ey = bx - ax, by - ay
+        off_x, off_y = ax - x[:, None], ay - y[:, None]
+        turned = dx[:, None] * ey - dy[:, None] * ex
+        with np.errstate(divide="ignore", invalid="ignore"):
+            far = (off_x * ey - off_y * ex) / turned
+            share = (off_x * dy[:, None] - off_y * dx[:, None]) / turned
+        off = np.where((share >= 0.0) & (share <= 1.0), np.abs(far - reach[:, None]), np.inf)
+        best = off.argmin(axis=1)[:, None]
+        found = np.take_along_axis(off, best, axis=1)[:, 0] < _NEAR
+        return np.asarray(np.where(found, np.take_along_axis(far, best, axis=1)[:, 0], reach))
+
+
+def _both(one: IntArray, other: IntArray, rows: BoolArray | None = None) -> list[int]:
+    """Return the values of both columns, of some rows."""
+    some = np.ones(len(one), bool) if rows is None else rows
+    out: list[int] = np.concatenate([one[some], other[some]]).tolist()
+    return out
+
+
+def _signs(roads: ConnectingRoads, rows: BoolArray) -> list[int]:
+    """Return on which side of both roads the lanes of connecting roads lie: left 1, right -1."""
+    return [1 if lane > 0 else -1 for lane in _both(roads.entry_lane, roads.exit_lane, rows)]
+
+
+def _covered(roads: ConnectingRoads, cars: BoolArray) -> Iterator[tuple[int, list[tuple[float, float]]]]:
+    """Yield road ends with the stretches (t, m) of the lanes that connecting roads for cars go on from."""
+    end, lane = (
+        np.array(_both(*item, cars), np.int64)
+        for item in ((roads.entry, roads.exit), (roads.entry_lane, roads.exit_lane))
+    )
+    if not len(end):
+        return
+    t = np.concatenate([roads.entry_t[cars], roads.exit_t[cars]])
+    half = np.concatenate([roads.entry_width[cars], roads.exit_width[cars]]) / 2
+    order = np.lexsort((lane, end))
+    order = order[np.append(True, (np.diff(end[order]) != 0) | (np.diff(lane[order]) != 0))[: len(order)]]
+    low, high = (t - half)[order].tolist(), (t + half)[order].tolist()
+    begins = np.flatnonzero(np.diff(end[order], prepend=-1)).tolist()
+    for a, b in zip(begins, [*begins[1:], len(order)], strict=True):
+        yield int(end[order[a]]), list(zip(low[a:b], high[a:b], strict=True))
