@@ -241,7 +241,7 @@ def _assert_contact(measures: RoadMeasures, path: Road) -> None:
     corner = any(lane.type is LaneType.SIDEWALK for lane in lanes)
     linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
     assert corner or len(linked) == 1
-    assert all(lane.type is LaneType.BORDER for lane in lanes if lane not in linked)
+    assert all(lane.type in (LaneType.BORDER, LaneType.SHOULDER) for lane in lanes if lane not in linked)
     for own in linked:
         for_both = corner or own.type is LaneType.BIDIRECTIONAL
         assert for_both or (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND)

@@ -29,6 +29,7 @@ from osm2xodr.geometry.connections import (
     turns_on_the_spot,
     turns_without_need,
 )
+from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions import (
     JunctionLayout,
     Movement,
@@ -71,7 +72,7 @@ from osm2xodr.geometry.plan_view import (
     trims_clear_of_bends,
 )
 from osm2xodr.geometry.through_lanes import keep_lanes_in_line
-from osm2xodr.model import BoolArray, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, StreetNetwork
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
 _SHORTER: Final = 0.95
@@ -222,10 +223,19 @@ def _with_room_to_turn(
     trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
     trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
+    trim = _within_streets(cut, trim)
     if (trim == cut.layout.trim).all():
         return cut
     layout = replace(cut.layout, trim=trim)
     return replace(cut, layout=layout, parts=cut_roads(network, cut.fitted, layout, cut.parts))
+
+
+def _within_streets(cut: CutStreets, trim: FloatArray) -> FloatArray:
+    """Return trims, (ends,), m, that leave a road of every street: both ends share what it can spare."""
+    more = np.maximum(trim - cut.layout.trim, 0.0).reshape(-1, 2).sum(1)
+    spare = cut.ends.length[0::2] - cut.layout.trim.reshape(-1, 2).sum(1) - SHORTEST_STREET
+    share = np.clip(spare / np.maximum(more, 1e-9), 0.0, 1.0)
+    return np.where(trim > cut.layout.trim, cut.layout.trim + np.repeat(share, 2) * (trim - cut.layout.trim), trim)
 
 
 def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:

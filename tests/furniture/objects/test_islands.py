@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from lxml import etree
 from sample_road_maps import furnished_crossing
-from scene_files import Conversions, scene_named
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import with_islands
@@ -39,35 +35,3 @@ def test_the_corners_are_where_the_island_is() -> None:
 def test_without_islands_nothing_changes() -> None:
     road_map = furnished_crossing()
     assert with_islands(road_map, Diagnostics()) is road_map
-
-
-def test_the_triangle_behind_the_slip_lane_is_raised_and_no_lane_leads_over_it(conversions: Conversions) -> None:
-    conversion = conversions.of(scene_named("fremantle_placement"))
-    made = [item for item in _islands(conversion.path) if conversion.network.roads[item[0]].connecting]
-    assert len(made) == 1
-    road, s, t, corners = made[0]
-    x, y, hdg = (float(v[0]) for v in conversion.network.roads[road].pose(np.array([s])))
-    middle = complex(x, y) + t * 1j * complex(math.cos(hdg), math.sin(hdg))
-    ring = np.array([middle + complex(u, v) * complex(math.cos(hdg), math.sin(hdg)) for u, v in corners])
-    across = ring.real * np.roll(ring.imag, -1) - ring.imag * np.roll(ring.real, -1)
-    assert 20.0 < 0.5 * abs(float(across.sum())) < 55.0
-    nearest = math.inf
-    for item in conversion.network.roads.values():
-        for number, lane in item.sections[0].lanes.items() if item.connecting else ():
-            if lane.type == "driving":
-                places = item.lane_middle(0, number, np.linspace(0.0, item.length, 40))
-                away = np.abs((places[:, 0] + 1j * places[:, 1])[:, None] - ring)
-                nearest = min(nearest, float(away.min()))
-    assert nearest > 1.2
-
-
-def _islands(path: Path) -> list[tuple[str, float, float, list[tuple[float, float]]]]:
-    found = []
-    for road in etree.parse(path).getroot().findall("road"):
-        for item in road.findall("objects/object[@type='trafficIsland']"):
-            corners = [
-                (float(str(corner.get("u"))), float(str(corner.get("v"))))
-                for corner in item.findall("outlines/outline/cornerLocal")
-            ]
-            found.append((str(road.get("id")), float(str(item.get("s"))), float(str(item.get("t"))), corners))
-    return found
