@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from junction_cases import CASES
 
-from osm2xodr.curves.crossings import curves_cross, segments_cross
+from osm2xodr.curves.crossings import curves_cross, rays_to_segments, segments_cross
 from osm2xodr.curves.plan_views import lengths, pose
 
 
@@ -41,3 +42,12 @@ def test_curves_that_cross() -> None:
                 lines.append(x + 1j * y)
             gap = np.abs(lines[0][:, None] - lines[1][None, ::5]).min()
             assert found[i, j] == (gap < 0.03), (a, b, gap)
+
+
+def test_rays_meet_segments_on_their_lines() -> None:
+    begin, end = np.array([[2.0, -1.0], [-3.0, -1.0], [5.0, 1.0]]), np.array([[2.0, 1.0], [-3.0, 1.0], [5.0, 2.0]])
+    rays = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])
+    far = rays_to_segments(np.zeros((1, 2)), rays, begin, end)
+    assert far.tolist() == [[2.0, -3.0, np.inf], [np.inf] * 3, [np.inf] * 3]
+    (other,) = rays_to_segments(np.array([[2.0, -2.5]]), rays[2:], begin, end)
+    assert other.tolist() == [np.inf, np.inf, pytest.approx(5.0)]

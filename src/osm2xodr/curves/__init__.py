@@ -8,7 +8,7 @@ poses · `nearest` places nearest to points · `crossings` curves that cross · 
 from __future__ import annotations
 
 from osm2xodr.curves.clearances import CLEARANCE_STEP, ClosePlaces, RoadGraph, Stations, close_places
-from osm2xodr.curves.crossings import curves_cross, segments_cross
+from osm2xodr.curves.crossings import curves_cross, rays_to_segments, segments_cross
 from osm2xodr.curves.cubics import (
     cubic_slope,
     cubic_value,
@@ -86,6 +86,7 @@ __all__ = [
     "profile_of",
     "project",
     "ranks",
+    "rays_to_segments",
     "record_turns",
     "replace_curves",
     "reverse_curves",

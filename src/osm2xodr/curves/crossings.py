@@ -37,6 +37,21 @@ def segments_cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -
     return (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
 
 
+def rays_to_segments(origin: FloatArray, ray: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Return how far from their origins rays meet segments, (n, m), m: negative behind, infinite where they do not.
+
+    Origins and directions of length 1 are (n or 1, 2), ends of segments (m, 2).
+    """
+    along = end - begin
+    off = begin - origin[:, None]
+    ray = ray[:, None]
+    turned = ray[..., 0] * along[:, 1] - ray[..., 1] * along[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (off[..., 0] * along[:, 1] - off[..., 1] * along[:, 0]) / turned
+        share = (off[..., 0] * ray[..., 1] - off[..., 1] * ray[..., 0]) / turned
+    return np.where((share >= 0.0) & (share <= 1.0), far, np.inf)
+
+
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
     """Return on which side of the lines from a to b points lie: positive on the left."""
     along_x, along_y = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]

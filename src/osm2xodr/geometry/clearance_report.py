@@ -54,10 +54,7 @@ def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Dia
         tight.append(crossing)
         gap = f"{crossing.clearance:.1f} m above" if crossing.clearance >= 0.05 else "at the height of"
         text = f"it passes {gap} way/{crossing.lower_way}: {_reason(road_map, problem, found, k)}"
-        if forgotten[k]:
-            diagnostics.note("crossing-without-node", f"way/{crossing.upper_way}", text)
-        else:
-            diagnostics.note("clearance", f"way/{crossing.upper_way}", text)
+        diagnostics.note("crossing-without-node" if forgotten[k] else "clearance", f"way/{crossing.upper_way}", text)
     if report is None:
         return road_map
     every = tuple(sorted((*report.tight, *tight), key=lambda item: item.clearance - item.wanted))

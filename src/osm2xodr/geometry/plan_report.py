@@ -8,20 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature, lengths, owners, pose, runs, smallest_radius
+from osm2xodr.curves import end_curvature, owners, runs, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
-from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.connections import ConnectingRoads, curves_apart
 from osm2xodr.geometry.defaults import CAR_WIDTH, MEETING_SHARE, SHORTEST_ROAD
 from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
 from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets
-from osm2xodr.model import Direction, FloatArray, IntArray, LaneSpec, LaneType, PlanView, Rule, StreetNetwork
+from osm2xodr.model import Direction, IntArray, LaneSpec, LaneType, Rule, StreetNetwork
 
-# Ways there and back are compared at this many places each, but for this length at either end, m: there lanes meet.
+# Ways there and back are compared at this many places each.
 _PLACES: Final = 16
-_LEAD: Final = 2.0
 # Steps of curvature from which they count, 1/m, and within how much of a street they belong to one bend, m.
 _STEP_OF_CURVATURE: Final = 1e-6
 _ONE_BEND: Final = 20.0
@@ -94,7 +93,7 @@ def report_meeting_paths(
     there, back = _opposing(connecting)
     width = 0.5 * (connecting.entry_width + connecting.exit_width)
     least = np.minimum(CAR_WIDTH, MEETING_SHARE * 0.5 * (width[there] + width[back]))
-    meets = _apart(connecting.plan_view, there, back) < least
+    meets = curves_apart(connecting.plan_view, there, connecting.plan_view, back, _PLACES) < least
     for osm_id, count in _counted(network, layout, connecting.junction[there[meets]]):
         text = "cars from one arm to another meet those that come back: the arms leave no room for both"
         diagnostics.note("paths-meet", osm_id, text if count == 1 else f"{text} ({count} pairs of ways)")
@@ -113,21 +112,6 @@ def _opposing(connecting: ConnectingRoads) -> tuple[IntArray, IntArray]:
     row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
     once = entry[row] < exit_[row]
     return cars[row[once]], cars[other[once]]
-
-
-def _apart(plan: PlanView, there: IntArray, back: IntArray) -> FloatArray:
-    """Return how near curves come to others, (pairs,), m, but at their ends."""
-    used, index = np.unique(np.concatenate([there, back]), return_inverse=True)
-    length = lengths(plan, used)
-    lead = np.minimum(_LEAD, length / 2)
-    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, _PLACES)
-    x, y, _ = pose(plan, np.repeat(used, _PLACES), s.ravel())
-    places = (x + 1j * y).reshape(s.shape)
-    one, other = places[index[: len(there)]], places[index[len(there) :]]
-    least = np.full(len(there), np.inf)
-    for k in range(_PLACES):
-        np.minimum(least, np.abs(one[:, k, None] - other).min(axis=1), out=least)
-    return least
 
 
 def report_missing_corners(

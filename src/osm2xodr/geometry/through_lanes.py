@@ -113,8 +113,8 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
         & connecting.for_vehicles()
     )
     row = np.flatnonzero(straight & (connecting.entry != connecting.exit))
-    ramp = np.array([parts.at_end(end).attributes.highway.endswith("_link") for end in range(2 * len(parts.length))])
-    row = row[ramp[connecting.entry[row]] == ramp[connecting.exit[row]]]
+    arms = zip(connecting.entry[row].tolist(), connecting.exit[row].tolist(), strict=True)
+    row = row[np.array([_is_ramp(parts, one) == _is_ramp(parts, other) for one, other in arms], bool)]
     row = row[np.argsort(np.abs(off[row]), kind="stable")]
     row = row[_first_of(np.column_stack([connecting.entry[row], connecting.exit[row]]))]
     # Each end has one partner, that of the ends which bends least.

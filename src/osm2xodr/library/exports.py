@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from osm2xodr import __version__
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.errors import OptionError
-from osm2xodr.library.files import AnyPath, choose, drive_of, names_of
+from osm2xodr.library.files import AnyPath, check_sampling, choose, drive_of, names_of
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
@@ -86,9 +85,7 @@ def export(
     target = Path(output)
     form = export_format(target, format)
     chosen = _options(form, layers, up, projector)
-    for option, length in (("tolerance", tolerance), ("step", step)):
-        if not 0.0 < length < math.inf:
-            raise OptionError(f"{option}: {length} m is not above 0", option)
+    check_sampling(tolerance, step)
     from osm2xodr import exporting
 
     drive = drive_of(file)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -256,6 +257,13 @@ def choose(option: str, value: str, choices: Collection[str]) -> str:
     if value not in choices:
         raise OptionError(f"{option}: {value!r} is unknown; choose from {', '.join(choices)}", option)
     return value
+
+
+def check_sampling(tolerance: float, step: float) -> None:
+    """Raise `OptionError` if curves cannot be drawn as pieces of such a tolerance and length, m."""
+    for option, length in (("tolerance", tolerance), ("step", step)):
+        if not 0.0 < length < math.inf:
+            raise OptionError(f"{option}: {length} m is not above 0", option)
 
 
 def _picture_format(output: Path, given: str | None) -> str:

@@ -13,7 +13,7 @@ from osm2xodr import __version__
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OptionError
-from osm2xodr.library.files import AnyPath, choose, drive_of
+from osm2xodr.library.files import AnyPath, check_sampling, choose, drive_of
 from osm2xodr.library.options import paths
 from osm2xodr.surface import expand
 
@@ -97,9 +97,7 @@ def export_scene(
         The folder cannot be written.
     """
     form, size = _checked(format, up, tile, carla)
-    for option, length in (("tolerance", tolerance), ("step", step)):
-        if not 0.0 < length < math.inf:
-            raise OptionError(f"{option}: {length} m is not above 0", option)
+    check_sampling(tolerance, step)
     if importlib.util.find_spec("shapely") is None:
         raise InputError("scenes need the library shapely; install it: pip install 'osm2xodr[scene]'")
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
@@ -151,13 +149,11 @@ def _ground(
         return None
     import numpy as np
 
-    from osm2xodr.opendrive import frame_of, sample_roads
+    from osm2xodr.opendrive import sample_roads
     from osm2xodr.projection import make_frame, to_local
     from osm2xodr.surface import read_surface
 
-    frame, why = frame_of(file.header)
-    if frame is None:
-        raise InputError(f"{file.path}: {why}; leave the elevation models out")
+    frame = _frame(file, "leave the elevation models out")
     stations = sample_roads(file)
     x, y = _around(stations.x, stations.y)
     lon, lat = frame.to_geographic(x, y)
@@ -176,13 +172,20 @@ def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building]
     """Return the buildings of an OpenStreetMap file and the frame of the roads; None without a file."""
     if osm is None:
         return None
-    from osm2xodr.opendrive import frame_of
     from osm2xodr.osmParsing import read_buildings
+
+    frame = _frame(file, "leave the buildings out")
+    return read_buildings(Path(osm))[0], frame
+
+
+def _frame(file: OpenDrive, remedy: str) -> Frame:
+    """Return where a file lies on Earth; `InputError` with what to do if it does not say."""
+    from osm2xodr.opendrive import frame_of
 
     frame, why = frame_of(file.header)
     if frame is None:
-        raise InputError(f"{file.path}: {why}; leave the buildings out")
-    return read_buildings(Path(osm))[0], frame
+        raise InputError(f"{file.path}: {why}; {remedy}")
+    return frame
 
 
 def _around(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import struct
 from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from osm2xodr.exporting.binary_gltf import TRIANGLES, GltfFile, material, y_up
 from osm2xodr.exporting.scene.materials import material_of
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.tiles import Tile, normals_of
 from osm2xodr.system import ByteSink
 
-# Numbers of the specification: of the file and its chunks, of types of components, of uses of buffers.
-_MAGIC: Final = 0x46546C67
-_JSON_CHUNK: Final = 0x4E4F534A
-_BINARY_CHUNK: Final = 0x004E4942
-_FLOAT: Final = 5126
-_UNSIGNED_INT: Final = 5125
-_ARRAY_BUFFER: Final = 34962
-_ELEMENT_ARRAY_BUFFER: Final = 34963
 _LOD: Final = "MSFT_lod"
 
 
@@ -48,7 +39,7 @@ def write_tile(
     document.nodes.append(
         {"name": f"Tile_{tile.column}_{tile.row}", "children": finest, "translation": _turned(place)}
     )
-    stream.write(document.bytes(generator, credits))
+    document.write(generator, credits, stream)
 
 
 def _coarse(name: str) -> bool:
@@ -69,59 +60,26 @@ class _Document:
     def __init__(self) -> None:
         self.nodes: list[dict[str, Any]] = []
         self.lods = False
+        self._file = GltfFile()
         self._meshes: list[dict[str, Any]] = []
         self._materials: dict[str, int] = {}
-        self._accessors: list[dict[str, Any]] = []
-        self._views: list[dict[str, Any]] = []
-        self._blocks: list[bytes] = []
-        self._size = 0
 
     def node(self, part: Part, middle: Sequence[float]) -> int:
         """Add a part and return its node."""
-        points = (part.vertices - np.asarray(middle))[:, [0, 2, 1]] * [1, 1, -1]
-        normals = normals_of(part)[:, [0, 2, 1]] * [1, 1, -1]
         attributes = {
-            "POSITION": self._array(points, "VEC3", bounds=True),
-            "NORMAL": self._array(normals, "VEC3"),
-            "TEXCOORD_0": self._array(part.uv, "VEC2"),
+            "POSITION": self._file.vertices(y_up(part.vertices - np.asarray(middle)), "VEC3", bounds=True),
+            "NORMAL": self._file.vertices(y_up(normals_of(part)), "VEC3"),
+            "TEXCOORD_0": self._file.vertices(part.uv, "VEC2"),
         }
-        indices = self._indices(part)
-        material = self._materials.setdefault(part.material, len(self._materials))
-        primitive = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
+        indices = self._file.triangles(part.faces)
+        number = self._materials.setdefault(part.material, len(self._materials))
+        primitive = {"attributes": attributes, "indices": indices, "material": number, "mode": TRIANGLES}
         self._meshes.append({"name": part.name, "primitives": [primitive]})
         self.nodes.append({"name": part.name, "mesh": len(self._meshes) - 1})
         return len(self.nodes) - 1
 
-    def _array(self, values: Any, kind: str, *, bounds: bool = False) -> int:
-        """Add an array of numbers per vertex, and return its accessor."""
-        block = np.ascontiguousarray(values, "<f4")
-        view = self._view(block.tobytes(), _ARRAY_BUFFER)
-        accessor: dict[str, Any] = {"bufferView": view, "componentType": _FLOAT}
-        accessor |= {"count": len(block), "type": kind}
-        if bounds:
-            low, high = block.min(0).astype(float), block.max(0).astype(float)
-            accessor |= {"min": low.tolist(), "max": high.tolist()}
-        self._accessors.append(accessor)
-        return len(self._accessors) - 1
-
-    def _indices(self, part: Part) -> int:
-        """Add the triangles of a part, and return their accessor."""
-        block = np.ascontiguousarray(part.faces, "<u4").tobytes()
-        view = self._view(block, _ELEMENT_ARRAY_BUFFER)
-        accessor = {"bufferView": view, "componentType": _UNSIGNED_INT, "count": part.faces.size, "type": "SCALAR"}
-        self._accessors.append(accessor)
-        return len(self._accessors) - 1
-
-    def _view(self, block: bytes, target: int) -> int:
-        """Add bytes to the buffer; all have multiples of 4."""
-        view = {"buffer": 0, "byteOffset": self._size, "byteLength": len(block), "target": target}
-        self._views.append(view)
-        self._blocks.append(block)
-        self._size += len(block)
-        return len(self._views) - 1
-
-    def bytes(self, generator: str, credits: str) -> bytes:
-        """Return the file; its scene shows the last node."""
+    def write(self, generator: str, credits: str, stream: ByteSink) -> None:
+        """Write the file; its scene shows the last node."""
         asset = {"version": "2.0", "generator": generator}
         document = {
             "asset": asset | ({"copyright": credits} if credits else {}),
@@ -131,20 +89,8 @@ class _Document:
             "nodes": self.nodes,
             "meshes": self._meshes,
             "materials": [_material(name) for name in self._materials],
-            "accessors": self._accessors,
-            "bufferViews": self._views,
-            "buffers": [{"byteLength": self._size}],
         }
-        text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        head = struct.pack("<III", _MAGIC, 2, 12 + 8 + len(text) + 8 + self._size)
-        parts = [
-            head,
-            struct.pack("<II", len(text), _JSON_CHUNK),
-            text,
-            struct.pack("<II", self._size, _BINARY_CHUNK),
-        ]
-        return b"".join([*parts, *self._blocks])
+        self._file.write(document, stream)
 
 
 def material_name(name: str) -> str:
@@ -153,8 +99,7 @@ def material_name(name: str) -> str:
 
 
 def _material(name: str) -> dict[str, Any]:
-    """Return a material; both sides are shown."""
+    """Return a material."""
     look = material_of(name)
-    colour = [round(value, 4) for value in look.linear]
-    finish = {"baseColorFactor": [*colour, 1.0], "metallicFactor": look.metallic, "roughnessFactor": look.roughness}
-    return {"name": material_name(name), "doubleSided": True, "pbrMetallicRoughness": finish}
+    linear = tuple(round(value, 4) for value in look.linear)
+    return material(material_name(name), linear, look.metallic, look.roughness)

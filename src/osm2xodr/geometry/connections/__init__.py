@@ -13,6 +13,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
+from osm2xodr.geometry.connections.opposing_paths import curves_apart
 from osm2xodr.geometry.connections.overrun_arms import clear_arms_at_last, clear_overrun_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
@@ -28,6 +29,7 @@ __all__ = [
     "clear_arms_at_last",
     "clear_overrun_arms",
     "connect",
+    "curves_apart",
     "detours",
     "draw_in_parts",
     "draw_tighter",

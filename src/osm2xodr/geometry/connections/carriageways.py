@@ -144,7 +144,7 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
     longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))
-    for redraw, limit in _REDRAWINGS:
+    for redraw, limit, radius in _REDRAWINGS:
         far = _of_same_arms(off > limit, streets.arms[rows])
         rows, off, least, longest = rows[far], off[far], least[far], longest[far]
         if not len(rows):
@@ -152,8 +152,8 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
         beyond = streets.beyond(drawn, np.arange(len(rows)), rows)
         bad = beyond > np.where(off > OFF_CARRIAGEWAY, off - _LESS, OFF_CARRIAGEWAY)
-        sharp = smallest_radius(drawn) < (np.minimum(least, _SHARPEST[-1] - 1e-9) if redraw in _SHARPER else least)
-        bad |= sharp | (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
+        bad |= smallest_radius(drawn) < np.minimum(least, radius)
+        bad |= (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
         good = ~_of_same_arms(bad, streets.arms[rows])
         plan = replace_curves(plan, rows[good], drawn, np.flatnonzero(good))
         off = np.where(good, beyond, off)
@@ -218,12 +218,12 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
 
 
 _Redraw = Callable[[PlanView, LanePaths], PlanView]
-_SHARPER: Final[tuple[_Redraw, ...]] = tuple(partial(_turned_tighter, radius=item) for item in _SHARPEST)
-# In the order in which they are tried, and for what leaves the carriageways by more than what, m.
-_REDRAWINGS: Final[tuple[tuple[_Redraw, float], ...]] = (
-    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY) for item in _RADII),
-    (follow_corners, OFF_CARRIAGEWAY),
-    *((partial(along_the_way, rounding=item), OFF_CARRIAGEWAY) for item in ROUNDINGS),
-    *((partial(along_the_way, rounding=item), _FAR_OFF) for item in _BETWEEN),
-    *((item, OFF_CARRIAGEWAY) for item in _SHARPER),
+# In the order in which they are tried, for what leaves the carriageways by more than what, and the radius that is
+# enough though the direct curve has more, m.
+_REDRAWINGS: Final[tuple[tuple[_Redraw, float, float], ...]] = (
+    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, np.inf) for item in _RADII),
+    (follow_corners, OFF_CARRIAGEWAY, np.inf),
+    *((partial(along_the_way, rounding=item), OFF_CARRIAGEWAY, np.inf) for item in ROUNDINGS),
+    *((partial(along_the_way, rounding=item), _FAR_OFF, np.inf) for item in _BETWEEN),
+    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, _SHARPEST[-1] - 1e-9) for item in _SHARPEST),
 )

@@ -242,21 +242,29 @@ def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
 
 def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
     """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
-    (ax, ay), (bx, by) = _places(one, rows.there), _places(other, other_rows.back)
+    return curves_apart(one, rows.there, other, other_rows.back, _PLACES)
+
+
+def curves_apart(one: PlanView, there: IntArray, other: PlanView, back: IntArray, places: int) -> FloatArray:
+    """Return how near curves of one table come to those of another one, (pairs,), m, but at their ends.
+
+    They are compared at so many places each.
+    """
+    (ax, ay), (bx, by) = _places(one, there, places), _places(other, back, places)
     least = np.full(len(ax), np.inf)
     # One place of the ways there after the other, so that no large table of all places arises.
-    for k in range(_PLACES):
+    for k in range(places):
         square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
         np.minimum(least, square.min(axis=1), out=least)
     return np.asarray(np.sqrt(least))
 
 
-def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return places along curves, all but their ends, (n, places)."""
+def _places(plan: PlanView, curve: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return so many places along curves, all but their ends, (n, count)."""
     length = lengths(plan, curve)
     lead = np.minimum(_LEAD, length / 2)
-    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, _PLACES)
-    x, y, _ = pose(plan, np.repeat(curve, _PLACES), s.ravel())
+    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, count)
+    x, y, _ = pose(plan, np.repeat(curve, count), s.ravel())
     return x.reshape(s.shape), y.reshape(s.shape)
 
 

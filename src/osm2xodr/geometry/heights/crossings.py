@@ -265,9 +265,12 @@ def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
 def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolArray:
     """Return whether the middles of pieces, both (n,), cross each other."""
     begin, end = ways.middles
-    # A little longer than they are: two may cross where pieces meet.
-    begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
-    return segments_cross(begin[one], end[one], begin[other], end[other])
+    middles = []
+    for k in (one, other):
+        # A little longer than they are: two may cross where pieces meet.
+        more = _BEYOND * (end[k] - begin[k])
+        middles += [begin[k] - more, end[k] + more]
+    return segments_cross(*middles)
 
 
 def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose
+from osm2xodr.curves import pose, ranks, rays_to_segments, starts
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.pavement import defaults
@@ -22,8 +22,6 @@ _BEYOND: Final = 0.4
 # So many metres along the road pavement in the open takes to become a metre narrower. A choice: cars that stop at a
 # line go past its end on no path.
 _TAPER: Final = 3.0
-
-
 # What a ray meets lies this near to the cells that say so, m: three of them.
 _NEAR: Final = 1.2
 
@@ -75,7 +73,7 @@ class Faces:
         u0, u1, t0, t1 = (np.array(column) for column in columns)
         count = np.ceil(np.hypot(u1 - u0, t1 - t0) / (_PLACES_PER_CELL * defaults.GAP_CELL)).astype(np.int64) + 1
         row = np.repeat(np.arange(len(end)), count)
-        share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / (count - 1)[row]
+        share = ranks(count) / (count - 1)[row]
         at_end = end % 2 == 1
         x, y, hdg = pose(parts.plan_view, end // 2, np.where(at_end, parts.length[end // 2], 0.0))
         u = (u0[row] + share * (u1 - u0)[row]) * np.where(at_end, 1.0, -1.0)[row]
@@ -83,20 +81,15 @@ class Faces:
         cos, sin = np.cos(hdg)[row], np.sin(hdg)[row]
         numbers = np.array([junction[item] for item in ends], np.int64)
         px, py = x[row] + u * cos - t * sin, y[row] + u * sin + t * cos
-        last = np.cumsum(count) - 1
-        first = last - count + 1
+        begin = starts(count)
+        first, last = begin[:-1], begin[1:] - 1
         return cls(numbers[row], px, py, np.column_stack([px[first], py[first], px[last], py[last]]))
 
     def meet(self, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, reach: FloatArray) -> FloatArray:
         """Return how far from x, y in a direction they lie, near `reach`, which stays where none is near, (n,), m."""
-        ax, ay, bx, by = self.lines.T
-        ex, ey = bx - ax, by - ay
-        off_x, off_y = ax - x[:, None], ay - y[:, None]
-        turned = dx[:, None] * ey - dy[:, None] * ex
-        with np.errstate(divide="ignore", invalid="ignore"):
-            far = (off_x * ey - off_y * ex) / turned
-            share = (off_x * dy[:, None] - off_y * dx[:, None]) / turned
-        off = np.where((share >= 0.0) & (share <= 1.0), np.abs(far - reach[:, None]), np.inf)
+        begin, end = self.lines[:, :2], self.lines[:, 2:]
+        far = rays_to_segments(np.column_stack([x, y]), np.column_stack([dx, dy]), begin, end)
+        off = np.abs(far - reach[:, None])
         best = off.argmin(axis=1)[:, None]
         found = np.take_along_axis(off, best, axis=1)[:, 0] < _NEAR
         return np.asarray(np.where(found, np.take_along_axis(far, best, axis=1)[:, 0], reach))

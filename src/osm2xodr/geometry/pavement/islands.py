@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from osm2xodr.curves import rays_to_segments
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray
@@ -129,13 +130,8 @@ def is_island(hole: Hole, begin: FloatArray, end: FloatArray) -> bool:
     """Say whether street lines, from begin to end (n, 2), go round a hole, and it fills most of what they leave."""
     place = hole.corners.mean(axis=0)
     angle = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
-    ray = np.column_stack([np.cos(angle), np.sin(angle)])[:, None]
-    along, off = end - begin, begin - place
-    turned = ray[..., 0] * along[:, 1] - ray[..., 1] * along[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / turned
-        share = (off[:, 0] * ray[..., 1] - off[:, 1] * ray[..., 0]) / turned
-    far = np.where((share >= 0.0) & (share <= 1.0) & (far > 0.0), far, np.inf).min(axis=1, initial=np.inf)
+    far = rays_to_segments(place[None], np.column_stack([np.cos(angle), np.sin(angle)]), begin, end)
+    far = np.where(far > 0.0, far, np.inf).min(axis=1, initial=np.inf)
     if not np.isfinite(far).all():
         return False
     within = 0.5 * float((far * np.roll(far, -1)).sum()) * np.sin(2.0 * np.pi / _RAYS)
