@@ -229,3 +229,21 @@ def test_lights_on_a_footway_are_those_of_its_crossing() -> None:
     tram = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, on_footway=False))
     assert tram.lights.signals == []
     assert "no street of the map" in tram.left_out["node/77"]
+
+
+@EITHER
+@pytest.mark.parametrize(("back", "kinds"), [(6.0, {"junction"}), (20.0, {"junction", "road"})])
+def test_lights_with_no_room_for_a_car_before_the_junctions_are_those(
+    rule: Rule, back: float, kinds: set[str]
+) -> None:
+    """A crossing that counts as none of the junction's: its people wait for the lights of the junction, too."""
+    case = with_tags(Case(X.nodes, {**X.ways, 1: (X.ways[1][0], "oneway=yes")}), o=SIGNALS)
+    without = lit(case, rule)
+    length = next(without.world.lanes.length(item.road) for item in without.heads() if without.way(item) == 1)
+    found = lit(case, rule, crossings=crossing_at(1, length - back))
+    of_road = [item for item in found.lights.controllers if item.junction is None]
+    assert {"junction" if item.junction is not None else "road" for item in found.lights.controllers} == kinds
+    assert len([item for item in found.heads() if found.way(item) == 1]) == len(kinds)
+    assert len(found.heads("1000002")) == 2
+    assert len(of_road) == (2 if "road" in kinds else 0)
+    assert not found.left_out

@@ -12,6 +12,7 @@ import numpy as np
 from osm2xodr.conventions import Signs, read_signs
 from osm2xodr.curves import curves_cross
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
+from osm2xodr.furniture.defaults import ROOM_FOR_CAR
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
 from osm2xodr.furniture.world import Approach, Crossing, World, nearest_segment, points_beside
 from osm2xodr.model import Light, NodeControl, RoadsideKind, Sign
@@ -64,11 +65,38 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     named = {item.osm_id for item in candidates}
     others = (item for item in apart if item.osm_id not in named)
     candidates += [Candidate(*item.on_course, None, item.osm_id, True) for item in others]
-    found = place_on_roads(world, candidates, apart, crossings)
-    placed = {osm_id for item in found for osm_id in item.osm_ids}
+    on_roads = place_on_roads(world, candidates, apart, crossings)
+    placed = {osm_id for item in on_roads for osm_id in item.osm_ids}
     for osm_id in sorted({item.osm_id for item in candidates} - placed):
         _leave_out(world, osm_id, "no cars drive on the road there")
-    return Sites(lit, tuple(at_junctions), found)
+    on_roads, joined = _with_room(on_roads, [approaches[k] for k in lit])
+    return Sites(lit, (*at_junctions, *joined), on_roads)
+
+
+def _with_room(
+    found: Sequence[RoadLight], approaches: Sequence[Approach]
+) -> tuple[tuple[RoadLight, ...], list[tuple[int, Crossing]]]:
+    """Return the lights on roads that leave a car room before the next ones, and the crossings of the others.
+
+    No car could wait between these and the lights of a junction (its `approaches` with lights), which are for their
+    crossings, too: (id of the junction, crossing).
+    """
+    ahead = {(item.road, item.at_end): item for item in approaches}
+    kept: list[RoadLight] = []
+    joined: list[tuple[int, Crossing]] = []
+    for light in found:
+        stops, near = [], []
+        for along, s in light.stops:
+            item = ahead.get((light.road, along))
+            if item is None or abs(item.stop_s - s) >= ROOM_FOR_CAR:
+                stops.append((along, s))
+            else:
+                near.append(item.junction)
+        if stops:
+            kept.append(replace(light, stops=tuple(stops)))
+        else:
+            joined += [(near[0], crossing) for crossing in light.crossings]
+    return tuple(kept), joined
 
 
 def _leave_out(world: World, osm_id: str, why: str) -> None:
