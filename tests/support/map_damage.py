@@ -346,6 +346,7 @@ drop("no junction", "junction-link", "junction")
 drop("connecting road that leads nowhere", "open-connecting-road", "road[@id='10']/link/successor")
 put("priority of a road that is not there", "priority-road", "junction/priority", high="77")
 put("junction's controller that is not there", "junction-controller", "junction/controller", id="77")
+drop("controller that no junction names", "controller-apart", "junction/controller")
 put("controller's signal that is not there", "controller-signal", "controller/control", signalId="77")
 
 

@@ -52,6 +52,10 @@ class Target:
     light_references: bool = True
     # Whether objects name their elements of OSM; esmini knows other user data of objects alone, and says so of each
     object_ids: bool = True
+    # Whether lights apart from junctions have controllers. CARLA never switches the lights of a controller that no
+    # junction names, while those without one get a group each (``TrafficLightManager.cpp``,
+    # ``RegisterLightComponentFromOpenDRIVE``).
+    controllers_apart: bool = True
     lights_for_people: bool = True  # Whether crossings have lights for people; SUMO takes them for lights for cars
     # Whether ``laneChange`` of road marks is as drivers see it. In the standard, ``increase`` and ``decrease`` mean
     # towards higher and lower lane ids (ASAM OpenDRIVE 1.8, road markings). CARLA 0.9.16 takes them for ``Right`` and
@@ -129,8 +133,14 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
     {
         item.name: item
         for item in (
-            Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
-            Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True, marks_in_junctions=True),
+            Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH, controllers_apart=False),
+            Target(
+                "carla",
+                crosswalks=Crosswalks.CARLA,
+                controllers_apart=False,
+                changes_as_driven=True,
+                marks_in_junctions=True,
+            ),
             Target(
                 "esmini",
                 value_in_subtype=False,

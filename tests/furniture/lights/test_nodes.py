@@ -87,7 +87,7 @@ def test_a_signal_on_an_approach_is_for_it(rule: Rule, tagged: dict[str, str], w
 @EITHER
 def test_one_signal_of_four_arms_is_a_light_on_its_road(rule: Rule) -> None:
     """So few make no junction with lights; right of way stays as it is without."""
-    found = lit(with_tags(ARMS, wi=f"{SIGNALS} traffic_signals:direction=forward"), rule)
+    found = lit(with_tags(ARMS, wi=f"{SIGNALS} traffic_signals:direction=forward"), rule, target="esmini")
     (head,) = found.heads()
     assert found.at(head) == pytest.approx(complex(-12.0, -3.5 * sides(found)), abs=0.02)
     assert found.lights.references == []
@@ -207,7 +207,7 @@ def test_crossings_with_lights_on_enough_arms_make_a_signalled_junction() -> Non
     found = lit(with_tags(ARMS, wi=crossing, ei=crossing, **YIELDING))
     assert sorted(found.way(item) for item in found.heads()) == [1, 2]
     assert {item.junction for item in found.lights.controllers} == {found.world.road_map.junctions[0].id}
-    alone = lit(with_tags(ARMS, wi=crossing))
+    alone = lit(with_tags(ARMS, wi=crossing), target="esmini")
     assert {item.junction for item in alone.lights.controllers} == {None}
 
 
@@ -240,7 +240,7 @@ def test_lights_with_no_room_for_a_car_before_the_junctions_are_those(
     case = with_tags(Case(X.nodes, {**X.ways, 1: (X.ways[1][0], "oneway=yes")}), o=SIGNALS)
     without = lit(case, rule)
     length = next(without.world.lanes.length(item.road) for item in without.heads() if without.way(item) == 1)
-    found = lit(case, rule, crossings=crossing_at(1, length - back))
+    found = lit(case, rule, crossings=crossing_at(1, length - back), target="esmini")
     of_road = [item for item in found.lights.controllers if item.junction is None]
     assert {"junction" if item.junction is not None else "road" for item in found.lights.controllers} == kinds
     assert len([item for item in found.heads() if found.way(item) == 1]) == len(kinds)

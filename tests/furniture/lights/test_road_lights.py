@@ -23,7 +23,8 @@ EITHER = pytest.mark.parametrize("rule", list(Rule))
 
 @EITHER
 def test_a_crossing_with_lights_apart_from_junctions(rule: Rule) -> None:
-    found = lit(with_tags(ROAD, b="highway=crossing crossing=traffic_signals"), rule, crossings=crossing_at(1, 100.0))
+    case = with_tags(ROAD, b="highway=crossing crossing=traffic_signals")
+    found = lit(case, rule, crossings=crossing_at(1, 100.0), target="roadrunner")
     mirror = sides(found)
     # Stop lines 1 m before the crossing of 4 m.
     assert [(item.orientation, item.s) for item in found.heads()] == [("+", 97.0), ("-", 103.0)]
@@ -50,10 +51,17 @@ def test_a_crossing_with_lights_apart_from_junctions(rule: Rule) -> None:
 def test_nodes_about_one_crossing_are_one_installation() -> None:
     tags = {"a": f"{SIGNALS} traffic_signals:direction=forward", "b": "highway=crossing crossing=traffic_signals"}
     tags["c"] = f"{SIGNALS} traffic_signals:direction=backward"
-    found = lit(with_tags(ROAD, **tags), crossings=crossing_at(1, 100.0))
+    found = lit(with_tags(ROAD, **tags), crossings=crossing_at(1, 100.0), target="roadrunner")
     # The nodes say where the lines are: 20 m before the crossing, and 10 m.
     assert [(item.orientation, round(item.s, 2)) for item in found.heads()] == [("+", 80.0), ("-", 110.0)]
     assert [len(item.signals) for item in found.lights.controllers] == [2, 2]
+
+
+@pytest.mark.parametrize("target", ["generic", "carla"])
+def test_carla_switches_lights_apart_from_junctions_by_themselves(target: str) -> None:
+    found = lit(with_tags(ROAD, b=SIGNALS), target=target)
+    assert len(found.heads()) == 2
+    assert found.lights.controllers == []
 
 
 @pytest.mark.parametrize(

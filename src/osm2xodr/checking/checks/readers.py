@@ -39,6 +39,8 @@ _ROADRUNNER_VERSIONS: Final = frozenset({(1, 4), (1, 5), (1, 6)})
 _CENTRE: Final = 0
 _SIGNALS: Final = frozenset({"signal", "signalReference"})
 _DIRECTIONS: Final = frozenset({"+", "-"})
+# OpenDRIVE's code of the lights for cars.
+_LIGHT: Final = "1000001"
 
 
 def check_misfits(drive: OpenDrive, findings: Findings) -> None:
@@ -142,7 +144,17 @@ def _check_signals(drive: OpenDrive, findings: Findings) -> None:
     # Reported once: a file that leaves one out leaves all out.
     first = directed[:1]
     add_furniture("signal-without-lanes", first, findings, [counted(len(directed), "signal")] * len(first))
+    _check_controllers(drive, findings)
     _check_crosswalks(drive, findings)
+
+
+def _check_controllers(drive: OpenDrive, findings: Findings) -> None:
+    """Check whether CARLA switches the lights of all controllers."""
+    signals = (item.attributes for item in drive.furniture if item.kind == "signal")
+    lights = {item.get("id") for item in signals if item.get("type") == _LIGHT}
+    named = {name for _, name in drive.junctions.controllers}
+    apart = [item for item in drive.controllers if item.id not in named and not lights.isdisjoint(item.signal_ids)]
+    findings.add("controller-apart", line=[item.line for item in apart], other=[item.id for item in apart])
 
 
 def _check_crosswalks(drive: OpenDrive, findings: Findings) -> None:

@@ -101,7 +101,7 @@ def _on_road(world: World, light: RoadLight, placed: Lights) -> None:
     groups = (("traffic", "cars", [head for head, _ in cars]), ("pedestrian", "people", people))
     for sequence, (kind, who, members) in enumerate(groups):
         placed.signals += members
-        if members:
+        if members and world.options.target.controllers_apart:
             signals = tuple(sorted(item.id for item in members))
             name = f"{light.osm_ids[0]}, {who}"
             placed.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))
