@@ -15,8 +15,9 @@ from sample_road_maps import crossing, furnished_crossing
 from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Furniture, LaneType, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
+from osm2xodr.model import Controller, Furniture, LaneType, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
+from osm2xodr.xodrWriter.furniture_text import junction_controllers
 
 
 def written(road_map: RoadMap, options: WriteOptions | None = None, diagnostics: Diagnostics | None = None) -> bytes:
@@ -79,6 +80,11 @@ def test_references_follow_the_signals_of_a_road() -> None:
     assert reference.tag == "signalReference"
     assert dict(reference.attrib) == {"id": "1", "s": "0", "t": "-4.5", "orientation": "+"}
     assert dict(reference.find("validity").attrib) == {"fromLane": "-1", "toLane": "-1"}
+
+
+def test_all_junctions_of_a_controller_name_it() -> None:
+    found = junction_controllers([Controller(1, "phase 1", (1, 2), 5, 0, further_junctions=(6, 8))])
+    assert found == dict.fromkeys((5, 6, 8), '<controller id="1" type="traffic" sequence="0"/>\n')
 
 
 def test_controllers_stand_between_roads_and_junctions() -> None:

@@ -16,6 +16,8 @@ STOP_NODE_REACH: Final = 20.0
 # Room that a car needs between a crossing and the line at which it stops, m: a design car of 4.74 m (RASt 06), and a
 # gap behind and before it.
 ROOM_FOR_CAR: Final = 8.0
+# Lights within this distance along the road are one installation, m; a choice.
+ONE_INSTALLATION: Final = 25.0
 # A crossing with lights belongs to a junction if less is left between the two, m: they are mostly those of the
 # junction, whose signs reach as far; a choice.
 AT_JUNCTION_WITH_LIGHTS: Final = 20.0

@@ -59,6 +59,7 @@ class Controller:
     junction: int | None  # Id of its junction; None outside junctions
     sequence: int  # Its number among the controllers of the junction, from 0
     kind: str = "traffic"  # The lights that it switches: ``traffic`` or ``pedestrian``
+    further_junctions: tuple[int, ...] = ()  # Ids of others that it belongs to as well, ascending
 
 
 @dataclass(frozen=True, slots=True)

@@ -190,7 +190,8 @@ def junction_controllers(controllers: Iterable[Controller]) -> Mapping[int, str]
     for item in controllers:
         if item.junction is not None:
             text = f'<controller id="{item.id}" type="{attribute(item.kind)}" sequence="{item.sequence}"/>\n'
-            found[item.junction] += text
+            for junction in (item.junction, *item.further_junctions):
+                found[junction] += text
     return found
 
 

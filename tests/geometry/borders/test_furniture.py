@@ -60,6 +60,17 @@ def test_all_stands_on_the_piece_where_it_stood() -> None:
     assert replace(west.furniture.signals[0], id=3, road=1) == furnished_crossing().furniture.signals[1]
 
 
+def test_controllers_keep_the_junctions_that_are_left() -> None:
+    road_map = furnished_crossing()
+    first, *others = road_map.furniture.controllers
+    assert first.junction is not None
+    shared = replace(first, junction=first.junction - 1, further_junctions=(first.junction,))
+    furniture = replace(road_map.furniture, controllers=(shared, *others))
+    (east, *_) = split(replace(road_map, furniture=furniture), AMID, EAST).furniture.controllers
+    (alone, *_) = split(road_map, AMID, EAST).furniture.controllers
+    assert (east.junction, east.further_junctions) == (alone.junction, ())
+
+
 def test_ids_begin_with_the_first_of_the_area() -> None:
     west, east = (split(furnished_crossing(), AMID, own).furniture for own in (WEST, EAST))
     assert [item.id for item in west.signals] == [1000]

@@ -42,12 +42,19 @@ class Phases:
         for row, (k, _) in enumerate(rows):
             self._of_head[k].append(row)
         self._first, self._x, self._y = _paths(world, self._movements)
-        self._heading = _headings(world, [approaches[head.approach] for head in heads])
+        of_head = [approaches[head.approach] for head in heads]
+        self._heading = _headings(world, of_head)
+        self._approach = of_head
 
     def groups(self, heads: Sequence[int]) -> list[list[int]]:
-        """Group all heads of a junction, by their indices, into those that may be green together."""
+        """Group all heads of an installation, by their indices, into those that may be green together.
+
+        Who goes straight on over a short road to the next junction of the installation has green there, too, and
+        straight traffic of opposite arms is green together, where either takes no further group.
+        """
         arms = [self._heads[k].approach for k in heads]
-        found = grouped(self.conflicts(heads), arms, self._opposite(heads))
+        together = [*self._onwards(heads), *self._opposite(heads)]
+        found = grouped(self.conflicts(heads), arms, together)
         out: dict[int, list[int]] = defaultdict(list)
         for k, group in zip(heads, found, strict=True):
             out[group].append(k)
@@ -61,7 +68,8 @@ class Phases:
         out = np.zeros((len(heads), len(heads)), bool)
         out[owner[one], owner[other]] = True
         arm = np.array([self._heads[k].approach for k in heads], np.int64)
-        found: BoolArray = out & (arm[:, None] != arm)
+        junction = np.array([self._approach[k].junction for k in heads], np.int64)
+        found: BoolArray = out & (arm[:, None] != arm) & (junction[:, None] == junction)
         return found
 
     def meeting(self, heads: Sequence[int]) -> tuple[list[int], list[Movement], BoolArray]:
@@ -92,6 +100,21 @@ class Phases:
         out: BoolArray = (nearest < _PATHS_APART**2) | (exit_[:, None] == exit_)
         return out
 
+    def _onwards(self, heads: Sequence[int]) -> list[tuple[int, int]]:
+        """Return pairs of indices into `heads`: of straight traffic, and of the next junction that it comes to."""
+        straight = [
+            (k, item)
+            for k, head in enumerate(heads)
+            for item in self._heads[head].movements
+            if turn_of(item) == THROUGH
+        ]
+        to: dict[tuple[int, bool], list[int]] = defaultdict(list)
+        for k in dict.fromkeys(k for k, _ in straight):
+            approach = self._approach[heads[k]]
+            to[approach.road, approach.at_end].append(k)
+        found = ((k, other) for k, item in straight for other in to[item.exit_road, item.exit_at_start])
+        return sorted(dict.fromkeys((k, other) for k, other in found if k != other))
+
     def _opposite(self, heads: Sequence[int]) -> list[tuple[int, int]]:
         """Return pairs of indices into `heads` of straight traffic from opposite arms, the most opposite first."""
         straight = [
@@ -108,16 +131,24 @@ class Phases:
 
 
 def controllers_of(
-    world: World, junction: int, heads: Sequence[Head], groups: Sequence[Sequence[int]], people: Sequence[int]
+    world: World,
+    junctions: Sequence[int],
+    heads: Sequence[Head],
+    groups: Sequence[Sequence[int]],
+    people: Sequence[int],
 ) -> list[Controller]:
-    """Make the controllers of a junction: one for each group of `Phases.groups`, and one for the heads for people."""
+    """Make the controllers of the junctions of an installation, by their ascending ids.
+
+    One for each group of `Phases.groups`, and one for the heads for people.
+    """
+    place = f"junction {junctions[0]}" if len(junctions) == 1 else f"junctions {', '.join(map(str, junctions))}"
     members = [("traffic", "", [heads[row].signal.id for row in group]) for group in groups]
     if people:
         members.append(("pedestrian", ", people", list(people)))
     out = []
     for k, (kind, who, ids) in enumerate(members):
-        name = f"junction {junction}, phase {k + 1}{who}"
-        out.append(Controller(world.ids.controller(), name, tuple(sorted(ids)), junction, k, kind))
+        name, first, further = f"{place}, phase {k + 1}{who}", junctions[0], tuple(junctions[1:])
+        out.append(Controller(world.ids.controller(), name, tuple(sorted(ids)), first, k, kind, further))
     return out
 
 

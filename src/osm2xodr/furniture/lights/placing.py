@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from osm2xodr.furniture.lights.heads import Head, approach_heads, lanes_at_stop, people_heads, road_heads
+from osm2xodr.furniture.lights.installations import installations
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.programmes import junction_programmes
@@ -72,9 +73,14 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, pl
     for junction, crossing in sites.crossings if world.options.target.lights_for_people else ():
         people[junction] += people_heads(world, crossing, _towards(world, crossing, junction))
     phases = Phases(world, approaches, heads)
+    alone = {junction: phases.groups(rows) for junction, rows in members.items()}
+    counts = {junction: len(groups) for junction, groups in alone.items()}
+    for group in installations(world, approaches, sites.approaches, counts):
+        rows = [k for junction in group for k in members[junction]]
+        ids = [signal.id for junction in group for signal in people[junction]]
+        together = alone[group[0]] if len(group) == 1 else phases.groups(rows)
+        placed.controllers += controllers_of(world, group, heads, together, ids)
     for junction, rows in sorted(members.items()):
-        ids = [signal.id for signal in people[junction]]
-        placed.controllers += controllers_of(world, junction, heads, phases.groups(rows), ids)
         placed.signals += [heads[k].signal for k in rows] + people[junction]
     if world.options.target.programmes:
         placed.programmes = junction_programmes(world, approaches, heads, members, phases)

@@ -10,8 +10,6 @@ from typing import Final
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Crossing, World, before_crossings, car_lanes, crossings_on_course
 
-# Nodes with lights within this distance along the road are one installation, m; a choice.
-_GROUP_REACH: Final = 25.0
 # Half of the extent of a crossing of which only the node is known, m; a choice.
 _HALF_CROSSING: Final = 2.0
 # Least distance of lights from the road's ends, m; a choice.
@@ -71,7 +69,7 @@ def place_on_roads(
     for road, items in sorted(on_road.items()):
         named = {item.osm_id for item in items}
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
-            first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
+            first, last = group[0].s - defaults.ONE_INSTALLATION, group[-1].s + defaults.ONE_INSTALLATION
             own = {item.osm_id for item in group}
             near = (
                 item for item in at_road.get(road, ()) if item.osm_id in own or first <= item.on_course[1] <= last
@@ -87,7 +85,7 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
     """Split candidates, in ascending s, at wide gaps."""
     out: list[list[Candidate]] = []
     for item in candidates:
-        if not out or item.s - out[-1][-1].s > _GROUP_REACH:
+        if not out or item.s - out[-1][-1].s > defaults.ONE_INSTALLATION:
             out.append([])
         out[-1].append(item)
     return out

@@ -94,8 +94,12 @@ def _controllers(
     for item in controllers:
         signals = tuple(sorted(signal_id[signal] for signal in item.signals if signal in signal_id))
         if signals:
-            junction = None if item.junction is None else pieces.junction(item.junction)
-            out.append(replace(item, id=first + len(out), signals=signals, junction=junction))
+            named = () if item.junction is None else (item.junction, *item.further_junctions)
+            kept = sorted(here for junction in named if (here := pieces.junction(junction)) is not None)
+            junction, further = (kept[0], tuple(kept[1:])) if kept else (None, ())
+            out.append(
+                replace(item, id=first + len(out), signals=signals, junction=junction, further_junctions=further)
+            )
     return tuple(out)
 
 
