@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from osm2xodr.batch import ElementPlaces, Layout, Layouts
 from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
@@ -25,7 +26,6 @@ from osm2xodr.geometry import (
     mark_unmeasured,
     with_boundaries,
 )
-from osm2xodr.layouts import ElementPlaces, Layout, Layouts
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.projection import offline, to_geographic

@@ -303,7 +303,7 @@ class _Batch:
         save_state(self.out.state(item.area.name), state)
 
     def _weights(self, items: Sequence[PlannedArea]) -> tuple[dict[str, float], dict[str, float]]:
-        """Return an estimate of the time that each area takes, by name, and the size of each map, by its `cut_name`."""
+        """Return an estimate of the time that each area takes, and the size of each map, by the name of its cut."""
         marks = {cut_name(item): self.marks.of(self._map(item)) for item in items}
         size = {name: 1.0 if mark is None else 1.0 + mark.size for name, mark in marks.items()}
         many = Counter(map(cut_name, items))

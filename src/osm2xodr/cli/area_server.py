@@ -23,9 +23,8 @@ import time
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from osm2xodr.batch import EMPTY
+from osm2xodr.batch import EMPTY, Layouts
 from osm2xodr.errors import EmptyAreaError, Osm2xodrError
-from osm2xodr.layouts import Layouts
 from osm2xodr.system import LimitError, TimeLimitError, release_memory
 
 # How long a conversion may take to remove its temporary files before it is killed, s.

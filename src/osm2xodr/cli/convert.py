@@ -38,7 +38,7 @@ from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
 from osm2xodr.viewing import ReportOptions
 
 if TYPE_CHECKING:
-    from osm2xodr.layouts import Layouts
+    from osm2xodr.batch import Layouts
     from osm2xodr.library import AreaMap, ConvertOptions
     from osm2xodr.reporting import Conversion, Line, Written
 

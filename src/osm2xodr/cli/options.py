@@ -18,7 +18,7 @@ from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 if TYPE_CHECKING:
-    from osm2xodr.layouts import Layouts
+    from osm2xodr.batch import Layouts
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import __version__, pipeline
+from osm2xodr.batch import Layouts
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
 from osm2xodr.furniture import FurnitureOptions, parse_objects_option
 from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
-from osm2xodr.layouts import Layouts
 from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
 from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused

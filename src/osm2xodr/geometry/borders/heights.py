@@ -72,8 +72,8 @@ def with_border_heights(
 ) -> ProfileProblem:
     """Return the problem with roads pinned to common heights where the own area ends and a neighbour begins.
 
-    The problem is that of the area, or of the block that it is laid out with, and its surroundings. `surface_around` is that of `Neighbourhood`; `diagnostics`
-    gets a note for each border that no elevation model reaches.
+    The problem is that of the area, or of the block that it is laid out with, and its surroundings. `surface_around`
+    is that of `Neighbourhood`; `diagnostics` gets a note for each border that no elevation model reaches.
     """
     together = np.array(borders.partition.together())
     road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
