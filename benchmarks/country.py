@@ -2,7 +2,7 @@
 
 ``python benchmarks/country.py AREA.osm DEM.tif FOLDER COPIES...`` replicates an area so often, each time makes tiles
 of 5 km of it, and prints a line of a table: nodes, tiles, CPU seconds and peak memory of the main process, which reads
-and cuts the map, and CPU seconds of its workers.
+and cuts the map, and the same of its workers.
 """
 
 from __future__ import annotations
