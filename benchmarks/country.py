@@ -1,7 +1,7 @@
 """Cut a large map into tiles that fit: how CPU time and memory grow with the map.
 
 ``python benchmarks/country.py AREA.osm DEM.tif FOLDER COPIES...`` replicates an area so often, each time makes tiles
-of 5 km of it, and prints a line of a table: nodes, tiles, CPU seconds and peak memory of the main process, which reads
+of 5 km of it, and prints a line of a table: nodes, tiles, CPU seconds and peak memory of the main process, that reads
 and cuts the map, and the same of its workers.
 """
 
