@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from osm2xodr.curves import inside_outline, lengths, pose
+from osm2xodr.batch import ElementPlaces, Layout, Layouts
+from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
 from osm2xodr.geometry import (
@@ -50,7 +51,8 @@ class PipelineOptions:
     roads: RoadOptions = field(default_factory=RoadOptions)
     furniture: FurnitureOptions = field(default_factory=FurnitureOptions)  # What stands on and beside them
     jobs: int = 1  # How many processes work at once, at least 1; the result is the same for any number
-    # The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
+    # The areas side by side that this is one of; roads are cut at its border. Where it has a block, `area` is the map
+    # of that. None for an area by itself.
     partition: Partition | None = None
     boundaries: bool = False  # Whether junctions get a boundary
 
@@ -66,17 +68,48 @@ class _Terrain(NamedTuple):
 @one_thread()
 @offline()
 def convert(
-    options: PipelineOptions, diagnostics: Diagnostics, on_stage: Callable[[str], None] = lambda stage: None
+    options: PipelineOptions,
+    diagnostics: Diagnostics,
+    on_stage: Callable[[str], None] = lambda stage: None,
+    layouts: Layouts | None = None,
 ) -> Conversion:
     """Turn an OSM file and elevation models into an OpenDRIVE road network.
 
     `diagnostics` receives what was guessed, dropped and repaired, and the conversion holds it as well; `on_stage` is
-    called with the name of each stage as it begins. `Osm2xodrError` says why it cannot be done and what to do.
+    called with the name of each stage as it begins. `layouts` keeps the roads of a block for its other areas; the
+    result is the same without. `Osm2xodrError` says why it cannot be done and what to do.
     """
+    partition = options.partition
+    lay_out = partial(_lay_out, options, on_stage)
+    if partition is None or layouts is None or not partition.block:
+        layout = lay_out()
+    else:
+        files = (options.area, *options.dems)
+        layout = layouts.get(replace(options, partition=None), partition, files, lay_out)
+    diagnostics.extend(layout.diagnostics)
+    road_map = layout.road_map
+    if partition is not None and layout.places is not None:
+        on_stage("cutting roads at the border")
+        # Their own areas report them.
+        diagnostics.forget(layout.places.outside(partition.outlines[partition.own]))
+        road_map = keep_own_area(road_map, diagnostics, partition.own)
+    if options.boundaries:
+        road_map = with_boundaries(road_map, diagnostics)
+    if options.parse.corrections.shared:
+        diagnostics.forget_code("correction-unused")
+    if options.dems:
+        road_map = mark_unmeasured(road_map, layout.surface)
+    statistics = summarize(road_map)
+    _judge_coverage(options, road_map, statistics.dem_coverage, diagnostics)
+    return Conversion(road_map, statistics, diagnostics, layout.models)
+
+
+def _lay_out(options: PipelineOptions, on_stage: Callable[[str], None]) -> Layout:
+    """Lay out the roads of an area, or of its block, with all that is on them."""
     # It loads the reader of OSM files.
     from osm2xodr.osmParsing import parse_osm
 
-    partition = options.partition
+    partition, diagnostics = options.partition, Diagnostics()
     on_stage(f"reading {options.area}")
     parse = replace(options.parse, frame=partition.frame) if partition else options.parse
     network = parse_osm(options.area, parse, diagnostics)
@@ -93,19 +126,8 @@ def convert(
     road_map = with_furniture(road_map, placed)
     if placed is not None:
         road_map = with_islands(road_map, diagnostics)
-    if partition is not None:
-        on_stage("cutting roads at the border")
-        _forget_others(options.area, partition, diagnostics)
-        road_map = keep_own_area(road_map, diagnostics)
-    if options.boundaries:
-        road_map = with_boundaries(road_map, diagnostics)
-    if options.parse.corrections.shared:
-        diagnostics.forget_code("correction-unused")
-    if options.dems:
-        road_map = mark_unmeasured(road_map, terrain.surface)
-    statistics = summarize(road_map)
-    _judge_coverage(options, road_map, statistics.dem_coverage, diagnostics)
-    return Conversion(road_map, statistics, diagnostics, terrain.models)
+    places = None if partition is None else _places(options.area, partition, diagnostics)
+    return Layout(road_map, terrain.surface, terrain.models, diagnostics, places)
 
 
 def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics: Diagnostics) -> _Terrain:
@@ -223,12 +245,9 @@ def _report_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: 
             diagnostics.note("inside-junction", f"way/{way}", said)
 
 
-def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
-    """Take back what was found about elements without a node in the own area: their own areas report it."""
+def _places(path: Path, partition: Partition, diagnostics: Diagnostics) -> ElementPlaces:
+    """Return where the elements are that something was found about."""
     # It loads the reader of OSM files, which only starts where there is one to read.
     from osm2xodr.osmParsing import element_places
 
-    outline = partition.outlines[partition.own]
-    places = element_places(path, partition.frame, diagnostics.osm_ids())
-    own = {osm_id for osm_id, xy in places.items() if inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
-    diagnostics.forget(places.keys() - own)
+    return ElementPlaces.of(element_places(path, partition.frame, diagnostics.osm_ids()))

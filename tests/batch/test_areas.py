@@ -58,6 +58,27 @@ def test_tiles_cover_the_bounds_once() -> None:
     assert [tile.area.name for tile in tiles] == sorted(tile.area.name for tile in tiles)
 
 
+def test_blocks_are_made_of_whole_tiles() -> None:
+    tiles = make_tiles(BOUNDS, 5000.0, COMMON, in_blocks=True)
+    inside: dict[str, float] = {}
+    for tile in tiles:
+        assert tile.block is not None
+        assert tile.outline is not None
+        (low, high), (west, south) = (tile.outline.rings[0][k] for k in (0, 2)), tile.block.outline.rings[0][0]
+        east, north = tile.block.outline.rings[0][2]
+        assert west <= low[0] < high[0] <= east
+        assert south <= low[1] < high[1] <= north
+        inside[tile.block.name] = inside.get(tile.block.name, 0.0) + 5000.0**2
+        assert east - west <= 20_000.0
+        # They stay where they are when the map grows.
+        column, row = int(tile.area.name[1:4]), int(tile.area.name[6:9])
+        assert tile.block.name == f"block_x{column // 4 * 4:03d}_y{row // 4 * 4:03d}"
+    size = {
+        tile.block.name: float(np.prod(np.ptp(tile.block.outline.rings[0], axis=0))) for tile in tiles if tile.block
+    }
+    assert inside == size
+
+
 def test_a_tile_is_a_square_at_its_place_in_the_grid() -> None:
     tile = next(tile for tile in make_tiles(BOUNDS, 5000.0, COMMON) if tile.area.name == "x498_y501")
     assert isinstance(tile.outline, Outline)

@@ -42,6 +42,15 @@ def test_what_is_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(partition.outlines[0].rings[0], SQUARE)
 
 
+def test_blocks(tmp_path: Path) -> None:
+    areas = [{**GOOD["areas"][0], "name": name, "block": block} for name, block in zip("abc", "xyx", strict=True)]
+    path = written(tmp_path, {**GOOD, "areas": [*areas, GOOD["areas"][1] | {"name": "d"}]})
+    assert read_partition(path, "c", in_block=True).together() == (0, 2)
+    assert read_partition(path, "c").together() == (2,)
+    with pytest.raises(InputError, match="area 'd' is in no block"):
+        read_partition(path, "d", in_block=True)
+
+
 @pytest.mark.parametrize(
     ("table", "words"),
     [

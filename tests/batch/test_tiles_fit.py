@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,8 @@ import pytest
 from lxml import etree
 from xodr_file import Road, XodrFile, read_xodr
 
+from osm2xodr.batch import workflow
+from osm2xodr.batch.workers import AreaJob, Outcome, Workers
 from osm2xodr.cli import main
 from osm2xodr.projection import make_frame, to_local
 from osm2xodr.system.limits import parse_duration
@@ -160,12 +164,14 @@ def test_together_they_are_the_whole(networks: dict[str, XodrFile], whole: Path)
 
 
 def test_a_tile_is_what_convert_makes_of_its_cut(tiles: Path, tmp_path: Path) -> None:
-    cut = min((tiles / ".cuts").glob("x*.osm.pbf"), key=lambda path: path.stat().st_size)
-    name = cut.name.removesuffix(".osm.pbf")
-    assert (tiles / f"{name}.xodr").exists()
-    again = tmp_path / "again.xodr"
+    # One of those that were cut off a block that was kept.
+    name = max(path.stem for path in tiles.glob("x*.xodr"))
+    block = next(
+        item["block"] for item in json.loads((tiles / "frame.json").read_bytes())["areas"] if item["name"] == name
+    )
+    cut, again = tiles / ".cuts" / f"{block}.osm.pbf", tmp_path / "again.xodr"
     arguments = ["convert", cut, "--dem", SAMPLE / "dem.tif", "--frame", tiles / "frame.json", "-o", again, "-q"]
-    assert main([*map(str, arguments), "--name", name]) == 0
+    assert main([*map(str, arguments), "--tile", name, "--name", name]) == 0
     assert again.read_bytes() == (tiles / f"{name}.xodr").read_bytes()
 
 
@@ -180,3 +186,56 @@ def test_the_second_time_nothing_is_read_or_made(tiles: Path, monkeypatch: pytes
     arguments = ["batch", "--from", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "--tiles", SIDE, "-o", tiles]
     assert main([*map(str, arguments), "--shared-frame", "-q"]) == 0
     assert {path.name: os.stat(path).st_mtime_ns for path in tiles.glob("x*")} == before
+
+
+def run_apart(out: Path, monkeypatch: pytest.MonkeyPatch, *more: str) -> tuple[int, list[AreaJob]]:
+    """Run the batch in this process, where blocks cannot be laid out; return its status and what was tried."""
+    tried: list[AreaJob] = []
+
+    @contextmanager
+    def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tuple[AreaJob, Outcome]]]:
+        def outcomes() -> Iterator[tuple[AreaJob, Outcome]]:
+            for job in jobs:
+                tried.append(job)
+                status = 1 if job.block else main(list(job.arguments))
+                yield job, Outcome("no room" if status else "", apart=bool(job.block))
+
+        yield outcomes()
+
+    monkeypatch.setattr(workflow, "running", running)
+    arguments = ["batch", "--from", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "--tiles", "3km", "-o", out]
+    return main([*map(str, arguments), "--shared-frame", "-q", *more]), tried
+
+
+def test_tiles_of_a_block_that_fails_are_made_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    status, tried = run_apart(tmp_path, monkeypatch)
+    blocks, alone = ([job.name for job in tried if bool(job.block) is wanted] for wanted in (True, False))
+    assert status == 0
+    assert blocks
+    assert sorted(blocks) == sorted(alone)
+    made = {path.stem for path in tmp_path.glob("x*.xodr")}
+    assert made
+    assert made <= set(alone)
+    # They stay as they are, and one that is lost is made by itself again.
+    assert run_apart(tmp_path, monkeypatch) == (0, [])
+    lost = min(made)
+    before = (tmp_path / f"{lost}.xodr").read_bytes()
+    (tmp_path / f"{lost}.xodr").unlink()
+    status, tried = run_apart(tmp_path, monkeypatch)
+    if len(made) > 1:
+        assert [(job.name, job.block) for job in tried] == [(lost, "")]
+    assert (status, (tmp_path / f"{lost}.xodr").read_bytes()) == (0, before)
+
+
+def test_no_tile_is_made_alone_beside_others_of_its_block(tiles: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would not fit to them."""
+    name = max(path.stem for path in tiles.glob("x*.xodr"))
+    kept = {path: path.read_bytes() for path in (tiles / f"{name}.xodr", tiles / f"{name}.json")}
+    state = tiles / ".state" / f"{name}.json"
+    kept[state] = state.read_bytes()
+    (tiles / f"{name}.xodr").unlink()
+    status, tried = run_apart(tiles, monkeypatch, "--tiles", SIDE)
+    for path, data in kept.items():
+        path.write_bytes(data)
+    assert status == 1
+    assert [job.name for job in tried] == [name]

@@ -29,6 +29,11 @@ _TILES_MAX: Final = 100_000
 _ORIGIN_STEP_DEG: Final = 0.1
 # Number of the tile north-east of the frame's origin, so that names sort from west to east and from south to north.
 _TILE_ZERO: Final = 500
+# Tiles are laid out together in blocks up to this wide, m, and of up to so many tiles along a side. Surroundings take
+# a third more work for tiles of 5 km, and a tenth more for blocks; the roads of the densest block take some 2 GB.
+# Choices.
+_BLOCK_SIDE: Final = 20_000.0
+_BLOCK_TILES: Final = 8
 _CELL_CORNERS: Final = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 # A transverse Mercator projection is of little use farther than half of this from its meridian, degrees.
 _SPAN_MAX_DEG: Final = 60.0
@@ -40,6 +45,14 @@ _NAME_MAX: Final = 120
 
 
 @dataclass(frozen=True, slots=True)
+class Block:
+    """Areas side by side that are cut out of a map at once, and laid out at once."""
+
+    name: str  # Unique in the batch, among areas as well
+    outline: Outline  # Around all of them, local x, y, m
+
+
+@dataclass(frozen=True, slots=True)
 class PlannedArea:
     """An area with its outline in a local frame."""
 
@@ -48,6 +61,7 @@ class PlannedArea:
     frame: LocalFrame | None = None
     outline: Outline | None = None
     number: int = 0  # From 0 on; it stays the same when other areas come or go
+    block: Block | None = None  # The block that it is made with; None if it is made by itself
 
 
 def check_name(name: str) -> str:
@@ -101,11 +115,14 @@ def parse_length(text: str) -> float:
     return length
 
 
-def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Area) -> list[PlannedArea]:
+def make_tiles(
+    bounds: tuple[float, float, float, float], side: float, area: Area, *, in_blocks: bool = False
+) -> list[PlannedArea]:
     """Cover bounds (west, south, east, north, degrees, WGS 84) with squares of a side, m.
 
     In a frame with its origin at the rounded middle of the bounds they begin at multiples of `side`. `area` is what
-    they share, apart from name and outline. Raises `InputError` if there would be too many.
+    they share, apart from name and outline; `in_blocks` says that neighbouring ones are made together. Raises
+    `InputError` if there would be too many.
     """
     west, south, east, north = bounds
     if east - west > _SPAN_MAX_DEG:
@@ -135,6 +152,26 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
         name = f"x{_TILE_ZERO + column:03d}_y{_TILE_ZERO + row:03d}"
         named = replace(area, name=name, outline_deg=(tuple((lon, lat) for lon, lat in ring_deg),))
         found.append(PlannedArea(named, frame, Outline((ring,)), _number(column, row)))
+    if not in_blocks:
+        return found
+    many = int(max(1, min(_BLOCK_TILES, _BLOCK_SIDE // side)))
+    blocks = _blocks(columns, rows, side, many)
+    return [
+        replace(item, block=blocks[column // many, row // many])
+        for item, (column, row) in zip(found, cells.tolist(), strict=True)
+    ]
+
+
+def _blocks(columns: range, rows: range, side: float, many: int) -> dict[tuple[int, int], Block]:
+    """Return the blocks of `many` by `many` cells that a grid consists of, by their place."""
+    found = {}
+    for i in range(columns[0] // many, columns[-1] // many + 1):
+        for k in range(rows[0] // many, rows[-1] // many + 1):
+            low = np.array([max(i * many, columns[0]), max(k * many, rows[0])])
+            high = np.array([min((i + 1) * many, columns[-1] + 1), min((k + 1) * many, rows[-1] + 1)])
+            ring = (low + _CELL_CORNERS * (high - low)) * side
+            name = f"block_x{_TILE_ZERO + i * many:03d}_y{_TILE_ZERO + k * many:03d}"
+            found[i, k] = Block(name, Outline((ring,)))
     return found
 
 

@@ -15,15 +15,16 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr import __version__
-from osm2xodr.batch.areas import PlannedArea
+from osm2xodr.batch.areas import Block, PlannedArea
 from osm2xodr.batch.fingerprints import Mark, remove
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.batch.out_dir import OutDir
+from osm2xodr.model import Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
 from osm2xodr.system import stream_to
 
 # Version of the layout of records; one of another version counts as none.
-_FORMAT: Final = 1
+_FORMAT: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class _Record:
 
     source: str  # SHA-256 of the map
     how: str  # As `KeptCuts.how` returns it
-    ways: int  # Number of ways in it that become streets; without any there is no file
+    ways: dict[str, int]  # Number of ways that become streets in each of its areas; without any there is no file
     # Of the file: bytes, and time of change, ns since 1970
     size: int = 0
     mtime_ns: int = 0
@@ -42,10 +43,18 @@ class _Record:
 class KeptCuts:
     """The cuts of a batch."""
 
-    def __init__(self, out: OutDir, kept: frozenset[int], *, context: bool) -> None:
+    def __init__(self, out: OutDir, kept: frozenset[int], planned: Sequence[PlannedArea], *, context: bool) -> None:
         self._out = out
+        self._blocks: dict[str, list[PlannedArea]] = {}  # The areas of each block, by its name
+        for item in planned:
+            if item.block is not None:
+                self._blocks.setdefault(item.block.name, []).append(item)
         self._kept = kept  # OSM ids of ways that become streets in any case
         self._context = context
+
+    def names(self, block: Block) -> list[str]:
+        """Return the names of the areas of a block."""
+        return [item.area.name for item in self._blocks[block.name]]
 
     def clear(self, names: Sequence[str]) -> None:
         """Remove all cuts that are not of areas of these names."""
@@ -54,68 +63,84 @@ class KeptCuts:
             if path.name.removesuffix(".osm.pbf").removesuffix(".json") not in kept:
                 remove(path)
 
-    def make(self, source: Path, mark: Mark, parts: Sequence[PlannedArea]) -> dict[str, int]:
+    def make(
+        self, source: Path, mark: Mark, areas: Sequence[PlannedArea], out_of: Path | None = None
+    ) -> dict[str, int]:
         """Cut out what is not there yet, and return the number of ways in each area that become streets.
 
-        `mark` is that of the map. Raises as `cut_areas`.
+        `mark` is that of the map; `out_of` is a cut of it that has all of the areas, if there is one. Raises as
+        `cut_areas`.
         """
         from osm2xodr.batch.cutting import cut_areas
 
         counts: dict[str, int] = {}
-        missing = []
-        for item in parts:
-            known = self._known(item, mark)
+        missing: dict[str, CutRequest] = {}
+        how: dict[str, str] = {}
+        for name, group in self._groups(areas).items():
+            known = self._known(name, group[0], mark)
             if known is None:
-                missing.append(item)
+                missing[name], how[name] = self._request(name, group), self.how(group[0])
             else:
-                counts[item.area.name] = known
+                counts.update(known)
         if missing:
-            how = {item.area.name: self.how(item) for item in missing}
 
             def keep(made: Mapping[str, int]) -> None:
-                for name, ways in made.items():
-                    self._record(name, _Record(mark.sha256, how[name], ways))
+                for name, request in missing.items():
+                    inside = request.parts or (name,)
+                    if all(part in made for part in inside):
+                        self._record(name, _Record(mark.sha256, how[name], {part: made[part] for part in inside}))
 
             # A record must not outlive the file that it is of.
-            remove(*(self._path(name) for name in how))
-            counts.update(cut_areas(source, [self._request(item) for item in missing], keep))
-        return counts
+            remove(*(self._path(name) for name in missing))
+            counts.update(cut_areas(out_of or source, list(missing.values()), keep))
+        return {item.area.name: counts[item.area.name] for item in areas}
+
+    def _groups(self, areas: Sequence[PlannedArea]) -> dict[str, list[PlannedArea]]:
+        """Return areas by the name of the cut that they are in: their block's, with all of it, or their own."""
+        found: dict[str, list[PlannedArea]] = {}
+        for item in areas:
+            name = cut_name(item)
+            if name not in found:
+                found[name] = [item] if item.block is None else self._blocks[name]
+        return found
 
     def how(self, item: PlannedArea) -> str:
         """Return the SHA-256 of all that says how an area is cut out of its map."""
         assert item.frame is not None
-        assert item.outline is not None
         ways, private = _chosen_ways(item.area.options)
         chosen = [sorted(ways.highways), sorted(ways.services_out), private, sorted(self._kept)]
-        text = json.dumps([item.frame.proj, [ring.tolist() for ring in item.outline.rings], self._context, chosen])
+        rings = [ring.tolist() for ring in _outline(item).rings]
+        text = json.dumps([item.frame.proj, rings, self._context, chosen])
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def _request(self, item: PlannedArea) -> CutRequest:
+    def _request(self, name: str, group: Sequence[PlannedArea]) -> CutRequest:
+        """Return what is cut out for an area, or for all areas of a block."""
+        item = group[0]
         assert item.frame is not None
-        assert item.outline is not None
-        name, (ways, private) = item.area.name, _chosen_ways(item.area.options)
+        ways, private = _chosen_ways(item.area.options)
+        parts = {one.area.name: one.outline for one in group if one.outline is not None} if item.block else {}
         return CutRequest(
             name,
             self._out.cut(name),
             item.frame,
-            item.outline,
+            _outline(item),
             self._context,
             ways,
             private,
             self._kept,
             item.area.where,
+            parts,
         )
 
-    def _known(self, item: PlannedArea, mark: Mark) -> int | None:
-        """Return the number of ways that become streets in a cut that is there; None if it is not."""
-        name = item.area.name
+    def _known(self, name: str, item: PlannedArea, mark: Mark) -> dict[str, int] | None:
+        """Return the number of ways that become streets in each area of a cut that is there; None if it is not."""
         try:
             data = json.loads(self._path(name).read_bytes())
             if data.pop("format") != _FORMAT:
                 return None
             record = _Record(**data)
             wanted = _Record(mark.sha256, self.how(item), record.ways)
-            return record.ways if record == self._measured(name, wanted) else None
+            return dict(record.ways) if record == self._measured(name, wanted) else None
         except (OSError, ValueError, LookupError, TypeError, AttributeError):
             return None
 
@@ -126,13 +151,25 @@ class KeptCuts:
 
     def _measured(self, name: str, record: _Record) -> _Record:
         """Return a record with the size and time of its file."""
-        if not record.ways:
+        if not any(record.ways.values()):
             return record
         found = self._out.cut(name).stat()
         return dataclasses.replace(record, size=found.st_size, mtime_ns=found.st_mtime_ns)
 
     def _path(self, name: str) -> Path:
         return self._out.cuts / f"{name}.json"
+
+
+def cut_name(item: PlannedArea) -> str:
+    """Return the name of the cut that an area is converted from: that of its block, if it is made with one."""
+    return item.area.name if item.block is None else item.block.name
+
+
+def _outline(item: PlannedArea) -> Outline:
+    """Return what is cut out."""
+    outline = item.outline if item.block is None else item.block.outline
+    assert outline is not None
+    return outline
 
 
 def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:

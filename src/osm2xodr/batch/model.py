@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -39,6 +40,8 @@ class CutRequest:
     include_private: bool = False  # Whether those closed to the public do
     kept: frozenset[int] = frozenset()  # OSM ids of ways that do in any case
     where: str = ""  # Where the outline stands, for messages; by default its name
+    # Areas that it consists of, by name, whose ways are to be counted; none where it is one area
+    parts: Mapping[str, Outline] = field(default_factory=dict)
 
 
 class Status(str, Enum):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -13,7 +13,7 @@ from osm2xodr.batch.areas import PlannedArea
 from osm2xodr.batch.bounds import road_bounds
 from osm2xodr.batch.fingerprints import Mark, Marks, State, contents, load_state, remove, save_state
 from osm2xodr.batch.index import thumbnail
-from osm2xodr.batch.kept_cuts import KeptCuts
+from osm2xodr.batch.kept_cuts import KeptCuts, cut_name
 from osm2xodr.batch.model import Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.shared_frame import shared_frame
@@ -62,16 +62,30 @@ class _Batch:
     """A batch that runs."""
 
     def __init__(self, planned: Sequence[PlannedArea], out: OutDir, options: BatchOptions) -> None:
-        self.planned = planned
         self.out = out
         self.options = options
         self.results: dict[str, Result] = {}
         self.marks = Marks()
-        self._cuts = KeptCuts(out, options.corrections.kept_ways(), context=options.shared)
+        self._cuts = KeptCuts(out, options.corrections.kept_ways(), planned, context=options.shared)
         self._sources: dict[Path, list[Path]] = {}
         found = {item.area.name: load_state(out.state(item.area.name)) for item in planned}
         self.states = {name: state for name, state in found.items() if state is not None}
         self.marks.learn(self.states.values())
+        self.planned = self._as_before(planned)
+
+    def _as_before(self, planned: Sequence[PlannedArea]) -> list[PlannedArea]:
+        """Return the areas, those of blocks of which some were made by themselves without their block."""
+        by_themselves = set[str]()
+        for item in planned:
+            state = self.states.get(item.area.name)
+            if item.block is not None and state is not None and state.outputs and "--tile" not in state.arguments:
+                alone = replace(item, block=None)
+                if self.unchanged(state, self.wanted(alone)):
+                    by_themselves.add(item.block.name)
+        return [
+            replace(item, block=None) if item.block is not None and item.block.name in by_themselves else item
+            for item in planned
+        ]
 
     def arguments(self, item: PlannedArea) -> tuple[str, ...]:
         """Return the arguments of ``osm2xodr`` that make an area."""
@@ -79,16 +93,22 @@ class _Batch:
         xodr, report = self.out.outputs(area.name)
         dems = [word for dem in area.dems for word in ("--dem", _plain(dem))]
         frame = ["--frame", _plain(self.out.frame)] if self.options.shared else []
-        limit = ["--timeout", f"{self.options.timeout:g}"] if self.options.timeout is not None else []
+        frame += ["--tile", area.name] if item.block is not None else []
+        limit = ["--timeout", f"{self._timeout(item):g}"] if self.options.timeout is not None else []
         known = self.options.corrections_file
         corrections = [] if known is None else ["--corrections", _plain(known), "--corrections-shared"]
         fixed = ["--name", area.name, "--overwrite", "--quiet", "--jobs", "1", *limit, *frame, *area.options]
         files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *corrections]
         return ("convert", *files, *fixed)
 
+    def _timeout(self, item: PlannedArea) -> float:
+        """Return the time that an area may take, s: whichever comes first lays out all areas of its block."""
+        many = 1 if item.block is None else len(self._cuts.names(item.block))
+        return many * (self.options.timeout or 0.0)
+
     def _map(self, item: PlannedArea) -> Path:
         """Return the file that an area is converted from."""
-        return self.out.cut(item.area.name) if item.outline is not None else item.area.osm
+        return self.out.cut(cut_name(item)) if item.outline is not None else item.area.osm
 
     def wanted(self, item: PlannedArea) -> State | None:
         """Return the state that an area made now would have, without cut and outputs; None without a file."""
@@ -142,14 +162,28 @@ class _Batch:
                 self._keep(item, state)
                 # Files may have been written again with the same contents: recorded, they need not be read once more.
                 if (state.inputs, state.cut_from) != (wanted.inputs, wanted.cut_from):
-                    self._save(item, dataclasses.replace(wanted, cut=state.cut, outputs=state.outputs))
+                    self._save(item, replace(wanted, cut=state.cut, outputs=state.outputs))
             else:
                 left.append(item)
         return left
 
     def cut(self, items: Sequence[PlannedArea]) -> list[PlannedArea]:
         """Cut areas out; settle those that are empty or whose cut has not changed, and return the others."""
-        self._cuts.clear([] if self.options.force else [item.area.name for item in self.planned])
+        self._cuts.clear([] if self.options.force else [cut_name(item) for item in self.planned])
+        return self._left_of(items, self._cut_all(items))
+
+    def cut_apart(self, items: Sequence[PlannedArea]) -> list[PlannedArea]:
+        """Cut areas out of the cuts of their blocks; settle some as `cut` does, and return the others."""
+        counts: dict[str, int] = {}
+        blocks: dict[str, list[PlannedArea]] = {}
+        for item in items:
+            blocks.setdefault(cut_name(item), []).append(replace(item, block=None))
+        for name, parts in blocks.items():
+            counts.update(self._cut_source(parts[0].area.osm, parts, self.out.cut(name)))
+        return self._left_of([replace(item, block=None) for item in items], counts)
+
+    def _cut_all(self, items: Sequence[PlannedArea]) -> dict[str, int]:
+        """Cut areas out, and return the number of ways that become streets in each."""
         sources: dict[Path, list[PlannedArea]] = {}
         for item in items:
             if item.outline is not None:
@@ -157,6 +191,10 @@ class _Batch:
         counts: dict[str, int] = {}
         for source, parts in sources.items():
             counts.update(self._cut_source(source, parts))
+        return counts
+
+    def _left_of(self, items: Sequence[PlannedArea], counts: Mapping[str, int]) -> list[PlannedArea]:
+        """Settle areas without streets and those whose cut has not changed, and return the others."""
         left = []
         for item in items:
             name = item.area.name
@@ -164,11 +202,11 @@ class _Batch:
                 left.append(item)
         return left
 
-    def _cut_source(self, source: Path, parts: Sequence[PlannedArea]) -> dict[str, int]:
+    def _cut_source(self, source: Path, parts: Sequence[PlannedArea], out_of: Path | None = None) -> dict[str, int]:
         mark = self.marks.of(source)
         try:
             # Without a mark it cannot be read, which is then said.
-            return self._cuts.make(source, mark or Mark(str(source), 0, 0, ""), parts)
+            return self._cuts.make(source, mark or Mark(str(source), 0, 0, ""), parts, out_of)
         except SwappedAxesError:
             # The list of areas is wrong, which may concern more of them than this one.
             raise
@@ -188,11 +226,11 @@ class _Batch:
                 self._save(item, wanted)
             self.settle(item, Status.EMPTY, _nothing(item))
             return True
-        mark = self.marks.of(self.out.cut(name))
+        mark = self.marks.of(self._map(item))
         same = state is not None and state.cut is not None and mark is not None and state.cut.sha256 == mark.sha256
         if not (same and self.unchanged(state, wanted)) or state is None or wanted is None:
             return False
-        self._save(item, dataclasses.replace(wanted, cut=mark, outputs=state.outputs))
+        self._save(item, replace(wanted, cut=mark, outputs=state.outputs))
         self._keep(item, state)
         return True
 
@@ -201,37 +239,51 @@ class _Batch:
         failed = sum(result.status is Status.FAILED for result in self.results.values())
         listener.settle(len(self.results), failed)
 
-    def convert(self, items: Sequence[PlannedArea], listener: Listener) -> None:
-        """Convert areas, those with the largest maps first."""
-        weights = {item.area.name: self._weight(item) for item in items}
+    def convert(self, items: Sequence[PlannedArea], listener: Listener) -> list[PlannedArea]:
+        """Convert areas, those with the largest maps first; return those that their block cannot be laid out for."""
+        weights, size = self._weights(items)
         by_name = {item.area.name: item for item in items}
         # Read first: if a file changes meanwhile, the next run makes the area anew.
         wanted = {item.area.name: self.wanted(item) for item in items}
-        order = sorted(by_name, key=lambda name: -weights[name])
-        jobs = [AreaJob("", name, self.arguments(by_name[name])) for name in order]
+        # The areas of a block follow each other.
+        order = sorted(by_name, key=lambda name: (-size[cut_name(by_name[name])], cut_name(by_name[name])))
+        jobs = [AreaJob("", name, self.arguments(by_name[name]), block=_block(by_name[name])) for name in order]
+        apart = []
         listener.convert([weights[name] for name in order])
         with running(jobs, self.options.workers) as outcomes:
             for job, outcome in outcomes:
                 item = by_name[job.name]
+                if outcome.apart and not self._partly_made(item):
+                    apart.append(item)
+                    continue
                 with uninterrupted():
                     result = self._made(item, wanted[job.name], outcome)
                 listener.end(result, weights[job.name])
+        return apart
+
+    def _partly_made(self, item: PlannedArea) -> bool:
+        """Say whether areas of a block were made with it: others would not fit to them if they were made apart."""
+        names = self._cuts.names(item.block) if item.block is not None else ()
+        return any(
+            result.status in (Status.DONE, Status.UNCHANGED)
+            for result in (self.results[name] for name in names if name in self.results)
+        )
 
     def _made(self, item: PlannedArea, wanted: State | None, outcome: Outcome) -> Result:
         name = item.area.name
         if outcome.empty and item.outline is not None:
-            cut = self.marks.of(self.out.cut(name))
+            cut = self.marks.of(self._map(item))
             self._drop(item)
             if wanted is not None:
-                self._save(item, dataclasses.replace(wanted, cut=cut))
+                self._save(item, replace(wanted, cut=cut))
             return self.settle(item, Status.EMPTY, _nothing(item), outcome)
         outputs = self.marks.of_all(self.out.outputs(name))
         if outcome.message or outputs is None:
             self._drop(item)
             return self.settle(item, Status.FAILED, outcome.message or "its files are gone", outcome)
         if wanted is not None:
-            cut = self.marks.of(self.out.cut(name)) if item.outline is not None else None
-            self._save(item, dataclasses.replace(wanted, cut=cut, outputs=outputs))
+            cut = self.marks.of(self._map(item)) if item.outline is not None else None
+            self._save(item, replace(wanted, cut=cut, outputs=outputs))
         # Now, while others are converted, and not for all of them at the end.
         thumbnail(self.out, name)
         return self.settle(item, Status.DONE, "", outcome)
@@ -250,10 +302,12 @@ class _Batch:
     def _save(self, item: PlannedArea, state: State) -> None:
         save_state(self.out.state(item.area.name), state)
 
-    def _weight(self, item: PlannedArea) -> float:
-        """Return an estimate of the time that an area takes: the size of its map."""
-        mark = self.marks.of(self._map(item))
-        return 1.0 if mark is None else 1.0 + mark.size
+    def _weights(self, items: Sequence[PlannedArea]) -> tuple[dict[str, float], dict[str, float]]:
+        """Return an estimate of the time that each area takes, and the size of each map, by the name of its cut."""
+        marks = {cut_name(item): self.marks.of(self._map(item)) for item in items}
+        size = {name: 1.0 if mark is None else 1.0 + mark.size for name, mark in marks.items()}
+        many = Counter(map(cut_name, items))
+        return {item.area.name: size[cut_name(item)] / many[cut_name(item)] for item in items}, size
 
 
 def run_batch(
@@ -281,7 +335,12 @@ def run_batch(
             batch.tell(listener)
     if left:
         listener.stage("starting workers")
-        batch.convert(left, listener)
+        apart = batch.convert(left, listener)
+        if apart:
+            listener.stage("cutting out areas")
+            left = batch.cut_apart(apart)
+            batch.tell(listener)
+            batch.convert(left, listener)
     old = sorted(set(out.known()) - {item.area.name for item in planned})
     if old:
         more = f" and {len(old) - 3:,} more" if len(old) > 3 else ""
@@ -329,6 +388,11 @@ def _same_cutting(state: State, wanted: State) -> bool:
     """Return whether two states were cut out of the same file in the same way, or were not cut out."""
     sources = [mark.sha256 if mark is not None else "" for mark in (state.cut_from, wanted.cut_from)]
     return sources[0] == sources[1] and state.cut_how == wanted.cut_how
+
+
+def _block(item: PlannedArea) -> str:
+    """Return the name of the block that an area is made with; empty for none."""
+    return "" if item.block is None else item.block.name
 
 
 def _nothing(item: PlannedArea) -> str:

@@ -2,8 +2,9 @@
 
 It has loaded all that conversions need, so that a fork starts at once. The fork converts one area after the other; if
 it crashes or is killed for lack of memory, the next area gets a new one. The process reads a line of JSON per area
-from standard input, the list of arguments of ``osm2xodr``, and answers with a line on standard output. When standard
-input ends, because the process that started it has ended, it stops the running conversion and ends.
+from standard input, the list of arguments of ``osm2xodr`` and whether the next area is of the same block, whose roads
+the fork then keeps; and answers with a line on standard output. When standard input ends, because the process that
+started it has ended, it stops the running conversion and ends.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
-from osm2xodr.batch import EMPTY
-from osm2xodr.errors import EmptyAreaError
-from osm2xodr.system import TimeLimitError, release_memory
+from osm2xodr.batch import EMPTY, Layouts
+from osm2xodr.errors import EmptyAreaError, Osm2xodrError
+from osm2xodr.system import LimitError, TimeLimitError, release_memory
 
 # How long a conversion may take to remove its temporary files before it is killed, s.
 _STOP_GRACE: Final = 3.0
@@ -39,6 +40,9 @@ _KEPT: Final = 1 << 16
 _MOST_KEPT: Final = 100_000_000
 # Unit in which the system tells the peak memory of processes, bytes.
 _KIBIBYTE: Final = 1 if sys.platform == "darwin" else 1024
+
+# What the process answers about an area.
+_ANSWER: Final = ("status", "memory", "said", "laid_out")
 
 _PRELOADED: Final = (
     "osm2xodr.cli",
@@ -79,7 +83,7 @@ def main() -> None:
         if answer.get("unwanted"):
             return
         fork = fork if answer.get("goes_on") else None
-        os.write(answers, json.dumps({key: answer[key] for key in ("status", "memory", "said")}).encode() + b"\n")
+        os.write(answers, json.dumps({key: answer[key] for key in _ANSWER}).encode() + b"\n")
     if fork is not None:
         fork.stop()
 
@@ -113,7 +117,8 @@ class _Fork:
     def convert(self, line: bytes) -> dict[str, object]:
         """Have a command run that is a line of JSON, and return how that ended.
 
-        ``status``, ``memory`` and ``said`` are its result; ``goes_on`` says that the fork can convert another area,
+        ``status``, ``memory`` and ``said`` are its result; ``laid_out`` says that the area's block could be laid out,
+        if it is of one, ``goes_on`` that the fork can convert another area,
         ``again`` that a new one is to try this one, ``unwanted`` that standard input ended meanwhile.
         """
         with contextlib.suppress(BrokenPipeError):
@@ -145,7 +150,8 @@ class _Fork:
         _, status, usage = os.wait4(self._process, 0)
         self._close()
         memory = _KIBIBYTE * usage.ru_maxrss
-        return {"status": os.waitstatus_to_exitcode(status), "memory": memory, "said": said}
+        ended = os.waitstatus_to_exitcode(status)
+        return {"status": ended, "memory": memory, "said": said, "laid_out": False}
 
     def stop(self) -> None:
         """End the fork: give it time to clean up, and kill it if that takes too long."""
@@ -175,9 +181,10 @@ def _serve(requests: int, told: int, said: int, server: int) -> NoReturn:
         os.close(said)
         threading.Thread(target=_end_with, args=(server,), daemon=True).start()
         before = _data_size()
+        layouts = Layouts()
         with os.fdopen(requests, "rb") as lines:
             for place, line in enumerate(lines):
-                answer = _run(json.loads(line), place, before)
+                answer = _run(json.loads(line), layouts, place, before)
                 os.write(told, json.dumps(answer).encode() + b"\n")
         status = 0
     finally:
@@ -185,23 +192,32 @@ def _serve(requests: int, told: int, said: int, server: int) -> NoReturn:
         os._exit(status)
 
 
-def _run(arguments: list[str], place: int, before: int | None) -> dict[str, object]:
-    """Run the command in this `place` among those of the fork, which held `before` bytes of data when it began."""
+def _run(request: dict[str, Any], layouts: Layouts, place: int, before: int | None) -> dict[str, object]:
+    """Run the command in this `place` among those of the fork, which held `before` bytes of data when it began.
+
+    `layouts` keep the roads of a block as long as there is more of it.
+    """
     from osm2xodr.cli.options import Session
     from osm2xodr.cli.program import main as run_command
 
     alone = before is None or not _forget_peak()
-    session = Session()
-    status = run_command(arguments, session)
+    session = Session(layouts=layouts)
+    status = run_command(request["arguments"], session)
     if status and isinstance(session.error, EmptyAreaError):
         status = EMPTY
     sys.stderr.flush()
     memory, well = _peak(), status in (0, EMPTY)
+    laid_out = layouts.full
+    # Each area of a block may fail, as for want of heights, with nothing wrong in this process.
+    refused = laid_out and isinstance(session.error, Osm2xodrError) and not isinstance(session.error, LimitError)
+    if not request["more"]:
+        layouts.clear()
     return {
         "status": status,
         "memory": memory,
-        "goes_on": well and not alone and _has_room(before or 0),
-        "again": not well and place > 0 and not isinstance(session.error, TimeLimitError),
+        "laid_out": laid_out,
+        "goes_on": (well or refused) and (request["more"] or (not alone and _has_room(before or 0))),
+        "again": not (well or refused) and place > 0 and not isinstance(session.error, TimeLimitError),
     }
 
 

@@ -140,7 +140,7 @@ class _BatchProgress:
 
     def convert(self, weights: Sequence[float]) -> None:
         """Count conversions; the weights are estimates of their times, in any unit."""
-        self._began, self._weight = self._line.now(), sum(weights)
+        self._began, self._weight, self._done = self._line.now(), sum(weights), 0.0
         self._line.show(self._count(), 0.0, self._began)
 
     def end(self, result: Result, weight: float) -> None:

@@ -246,4 +246,4 @@ def plan(arguments: BatchArguments) -> Plan:
         return Plan(read_areas(arguments.areas, common))
     assert arguments.tiles is not None
     bounds = recall_bounds(base / arguments.output, common.osm) or bounds_of(common.osm)
-    return Plan(make_tiles(bounds, arguments.tiles, common), bounds)
+    return Plan(make_tiles(bounds, arguments.tiles, common, in_blocks=arguments.shared_frame), bounds)

@@ -38,6 +38,7 @@ from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
 from osm2xodr.viewing import ReportOptions
 
 if TYPE_CHECKING:
+    from osm2xodr.batch import Layouts
     from osm2xodr.library import AreaMap, ConvertOptions
     from osm2xodr.reporting import Conversion, Line, Written
 
@@ -45,7 +46,7 @@ _MEGABYTE = 1e6
 _MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2"})
 _COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
 # In --help these stand after the options that only the command line has.
-_LAST = ("frame", "jobs")
+_LAST = ("frame", "tile", "jobs")
 
 
 class _Convert(DemCommand):
@@ -153,7 +154,7 @@ def convert(
         from osm2xodr.library import area_map
 
         with area_map(area, options, stage) as found:
-            return _convert(asked, options, found, progress, began)
+            return _convert(asked, options, found, progress, began, session.layouts)
 
 
 def _plan(wanted: _Wanted, options: ConvertOptions) -> list[tuple[str, float]]:
@@ -193,7 +194,14 @@ class _Wanted:
     quiet: bool
 
 
-def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress: Progress, began: float) -> int:
+def _convert(
+    wanted: _Wanted,
+    options: ConvertOptions,
+    found: AreaMap,
+    progress: Progress,
+    began: float,
+    layouts: Layouts | None,
+) -> int:
     """Convert a map, write what is wanted, say so, and return the exit status."""
     output, html, quiet = wanted.output, wanted.html, wanted.quiet
     # The data of the stages has no reference cycles; the search for some takes up to a fifth of the time.
@@ -202,7 +210,7 @@ def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress:
         from osm2xodr.library import convert as run
 
         try:
-            conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage)
+            conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage, layouts=layouts)
             # What was asked for, whatever file is read for it.
             conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
             progress.stage(f"writing {label(output)}")

@@ -9,13 +9,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
 from osm2xodr.errors import OptionError
 from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
+
+if TYPE_CHECKING:
+    from osm2xodr.batch import Layouts
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -45,6 +48,7 @@ class Session:
 
     verbose: int = 0  # How much to say about an internal error
     error: Exception | None = None  # The error that the command ended with
+    layouts: Layouts | None = None  # Keeps the roads of a block of areas for the next command
 
 
 file_argument = click.argument("file", type=PATH)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import __version__, pipeline
+from osm2xodr.batch import Layouts
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
@@ -37,6 +38,7 @@ def convert(
     options: ConvertOptions | None = None,
     *,
     on_stage: Callable[[str], None] | None = None,
+    layouts: Layouts | None = None,
     **changes: Any,
 ) -> Conversion:
     """Turn an OpenStreetMap file and elevation models into an OpenDRIVE road network.
@@ -56,6 +58,8 @@ def convert(
         How to convert.
     on_stage
         Called with the name of each stage as it begins.
+    layouts
+        Keeps the roads of a block of areas side by side (option `tile`) for the next of them.
     **changes
         Options that differ from those in `options`, by the names of `ConvertOptions`, which are those of the command
         line: ``ways="major"``, ``target="sumo"``, ``max_grade={"motorway": 0.05}``, ``left_hand=True`` and so on.
@@ -88,7 +92,7 @@ def convert(
     osm, dems = Path(area), expand(paths(dem))
     with area_map(osm, options, on_stage or (lambda stage: None)) as found:
         wanted = pipeline_options(found.path, dems, found.options)
-        made = pipeline.convert(wanted, Diagnostics(), found.on_stage)
+        made = pipeline.convert(wanted, Diagnostics(), found.on_stage, layouts)
     owed = (item.attribution for item in made.elevation_models if item.share > 0.0)
     how = WriteOptions(
         options.xodr_version,
@@ -178,7 +182,8 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     if options.frame is not None:
         from osm2xodr.batch import read_partition
 
-        partition = read_partition(Path(options.frame), area_name(area))
+        own = area_name(area) if options.tile is None else options.tile
+        partition = read_partition(Path(options.frame), own, in_block=options.tile is not None)
     jobs = options.jobs or min(available_jobs(), MOST_JOBS)
     roads = RoadOptions(options.turnarounds, options.u_turns, options.plan)
     boundaries = WriteOptions(options.xodr_version).dialect.has_boundary

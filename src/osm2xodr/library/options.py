@@ -31,7 +31,7 @@ DEM_TYPES: Final = ("auto", "dtm", "dsm")
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
 # Options that reports say only where they are given.
-_RARE: Final = ("frame", "bbox", "polygon", "corrections", "corrections_shared")
+_RARE: Final = ("frame", "tile", "bbox", "polygon", "corrections", "corrections_shared")
 # Beyond this factor nothing is left of the terrain: a choice.
 _SMOOTHING_MOST: Final = 100.0
 
@@ -212,6 +212,13 @@ class ConvertOptions:
         in_report=False,
         per_area=False,
     )
+    tile: str | None = _option(
+        "With --frame, where AREA is the map of a block of areas: lay out the roads of the block, and write those of"
+        " this area.",
+        metavar="NAME",
+        in_report=False,
+        per_area=False,
+    )
     jobs: int | None = _option(
         "Processes that work at once; the result is the same for any number.  [default: one per core, up to"
         f" {MOST_JOBS}]",
@@ -237,6 +244,8 @@ class ConvertOptions:
         if self.corrections_shared and self.corrections is None:
             names = "corrections", "corrections_shared"
             raise OptionError("corrections_shared is about corrections; give them, or leave it out", *names)
+        if self.tile is not None and self.frame is None:
+            raise OptionError("tile is about areas side by side; give their frame, or leave it out", "tile", "frame")
         if not 0.0 < self.smoothing < math.inf:
             raise OptionError(
                 f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"

@@ -305,6 +305,11 @@ class Partition:
     outlines: tuple[Outline, ...]  # A place that several cover belongs to the first of them
     first_ids: tuple[int, ...]  # Id of each area's first road; its other ids lie below the next greater one
     own: int  # Index of the area that is converted
+    block: tuple[int, ...] = ()  # Indices, ascending, of the areas that are laid out together with it; () for none
+
+    def together(self) -> tuple[int, ...]:
+        """Return the indices of the areas that are laid out at once, that of the own one among them."""
+        return self.block or (self.own,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

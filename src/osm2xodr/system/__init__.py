@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
     from osm2xodr.system.limits import (
         LEAST_MEMORY as LEAST_MEMORY,
+        LimitError as LimitError,
         TimeLimitError as TimeLimitError,
         available_memory as available_memory,
         limited as limited,
@@ -65,6 +66,7 @@ __getattr__ = lazy_exports(
         "folders": ("atomic_folder", "check_folder"),
         "limits": (
             "LEAST_MEMORY",
+            "LimitError",
             "TimeLimitError",
             "available_memory",
             "limited",

@@ -17,8 +17,9 @@ from osm2xodr.errors import Osm2xodrError
 class LostOnce:
     """A task whose outcome is lost with its worker before anybody fetches it, and found again."""
 
-    def __init__(self, key: str) -> None:
+    def __init__(self, key: str, areas: int = 1) -> None:
         self.key = key
+        self.areas = areas
         self.status = "finished"
         self.asked = 0
 
@@ -27,9 +28,9 @@ class LostOnce:
         then(self)
         self.status = "lost" if self.asked == 1 else "finished"
 
-    def result(self) -> Outcome:
+    def result(self) -> list[Outcome]:
         assert self.status == "finished"
-        return Outcome("", 1.0)
+        return [Outcome("", 1.0)] * self.areas
 
     def exception(self) -> None:
         return None
@@ -44,8 +45,8 @@ class Client:
     def __init__(self) -> None:
         self.futures: list[LostOnce] = []
 
-    def submit(self, function: object, job: AreaJob, *, key: str, priority: int, pure: bool) -> LostOnce:
-        self.futures.append(LostOnce(key))
+    def submit(self, function: object, block: list[AreaJob], *, key: str, priority: int, pure: bool) -> LostOnce:
+        self.futures.append(LostOnce(key, len(block)))
         return self.futures[-1]
 
     def run(self, function: object, batch: str, *, on_error: str) -> None:
@@ -53,7 +54,7 @@ class Client:
 
 
 def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
-    client, jobs = Client(), [AreaJob("", name, ()) for name in ("a", "b")]
+    client, jobs = Client(), [AreaJob("", "a", ()), AreaJob("", "b", (), block="x"), AreaJob("", "c", (), block="x")]
     with contextlib.ExitStack() as stack:
         found = list(running._outcomes(client, jobs, "batch", stack))
     assert found == [(job, Outcome("", 1.0)) for job in jobs]
@@ -62,8 +63,8 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
 
 def test_an_outcome_that_ends_with_the_connection_says_that_the_scheduler_is_gone() -> None:
     class CutOff(LostOnce):
-        def result(self) -> Outcome:
+        def result(self) -> list[Outcome]:
             raise CommClosedError("Connection reset by peer")
 
     with pytest.raises(Osm2xodrError, match="the Dask scheduler is gone; start it"):
-        running._outcome(CutOff("a"))
+        running._outcomes_of(CutOff("a"), [AreaJob("", "a", ())])

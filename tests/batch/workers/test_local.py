@@ -75,11 +75,11 @@ def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("osm2xodr.batch.workers.local.available_memory", lambda: 3_000_000_000)
     taken: list[int] = []
 
-    def run(job: AreaJob) -> object:
-        taken.append(job.memory)
-        return job
+    def run(jobs: list[AreaJob]) -> Iterator[object]:
+        taken.extend(job.memory for job in jobs)
+        return iter(jobs)
 
-    monkeypatch.setattr("osm2xodr.batch.workers.local.run_area", run)
+    monkeypatch.setattr("osm2xodr.batch.workers.local.run_each", run)
     jobs = [AreaJob("", name, ()) for name in "abcd"]
     for workers in (Workers(2), Workers(9), Workers(2, memory=250_000_000), Workers(100, memory=None)):
         with running(jobs, workers) as outcomes:
@@ -88,9 +88,9 @@ def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(job: AreaJob) -> object:
+    def fail(jobs: list[AreaJob]) -> object:
         raise Osm2xodrError("no process can be started")
 
-    monkeypatch.setattr("osm2xodr.batch.workers.local.run_area", fail)
+    monkeypatch.setattr("osm2xodr.batch.workers.local.run_each", fail)
     with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("", "a", ())], Workers()) as outcomes:
         list(outcomes)

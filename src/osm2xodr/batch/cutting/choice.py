@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Final
 
@@ -56,7 +56,7 @@ class Choice:
     ways: IntArray
     relations: IntArray
     nodes: IntArray
-    driven: int  # Number of ways in the area itself that become streets
+    driven: Mapping[str, int]  # Number of ways that become streets in the area itself or in each part, by name
     bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the area, degrees
 
     def __post_init__(self) -> None:
@@ -120,7 +120,20 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
         things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)
     nodes = np.union1d(source.row[_ranges(source.first, kept)], things)
-    return Choice(kept, relations, nodes, int(source.driven[driven][near.ways(0.0)].sum()), bounds)
+    return Choice(kept, relations, nodes, _count_driven(plan, request, driven, near), bounds)
+
+
+def _count_driven(plan: Plan, request: CutRequest, driven: Driven, near: _Near) -> dict[str, int]:
+    """Return the number of ways in the area, or in each part of it, that become streets."""
+    counted = plan.source.driven[driven]
+    if not request.parts:
+        return {request.name: int(counted[near.ways(0.0)].sum())}
+    found = {}
+    for name, outline in request.parts.items():
+        part = replace(request, outline=outline, parts={})
+        candidates = find_in_boxes(plan.way_cells, _boxes(part, 0.0)[1])
+        found[name] = int(counted[_Near(plan, part, candidates[counted[candidates]], 0.0).ways(0.0)].sum())
+    return found
 
 
 class _Near:

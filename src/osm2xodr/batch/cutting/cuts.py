@@ -24,8 +24,9 @@ _OPEN_MAX: Final = 200
 def cut_areas(
     source: Path, requests: Sequence[CutRequest], written: Callable[[Mapping[str, int]], object] | None = None
 ) -> dict[str, int]:
-    """Write parts of a map, and return the number of ways that become streets in each area, by the requests' names.
+    """Write parts of a map, and return the number of ways that become streets in each area, by name.
 
+    Areas are the requests, or their parts where they have some.
     `written` is called with the same of each group of areas, as soon as their files are complete.
 
     A cut has all that a conversion reads, with all tags: ways of any ``highway`` and what stands beside streets, if
@@ -63,8 +64,8 @@ def cut_areas(
 
     for request, streets in zip(requests, driven, strict=True):
         choice = choose(plan, request, streets)
-        pending[request.name] = choice.driven
-        if choice.driven:
+        pending.update(choice.driven)
+        if any(choice.driven.values()):
             group.append(Target(request.target, choice))
         else:
             _refuse_swapped(plan.source, request, choice.bounds_deg)

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -38,6 +38,7 @@ class AreaJob:
     arguments: tuple[str, ...]  # Of ``osm2xodr``, beginning with the command
     memory: int = 0  # Bytes that it may take if `arguments` do not bound them; 0 for no bound
     version: str = __version__  # Of osm2xodr, which must be the worker's
+    block: str = ""  # The block that it is made with, whose areas follow each other; empty if it is made by itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +49,14 @@ class Outcome:
     seconds: float = 0.0  # Duration
     memory: int = 0  # Peak memory, bytes
     empty: bool = False  # Whether it failed because there is nothing to drive on
+    apart: bool = False  # Whether its block cannot be laid out, so that it can only be made by itself
 
 
 class _Server:
     """A running `osm2xodr.cli.area_server`."""
 
     def __init__(self) -> None:
+        self.thread = 0  # Which one has asked it last
         environment = {**os.environ, **ONE_THREAD_ENVIRONMENT, "PROJ_NETWORK": "OFF"}
         # In a session of its own: Ctrl-C at the terminal reaches the batch alone, which stops its areas in order.
         self._process = subprocess.Popen(
@@ -65,12 +68,15 @@ class _Server:
             start_new_session=True,
         )
 
-    def ask(self, arguments: Sequence[str]) -> dict[str, Any] | None:
-        """Run a conversion and return how it ended; None if the server ended."""
+    def ask(self, arguments: Sequence[str], *, more: bool) -> dict[str, Any] | None:
+        """Run a conversion and return how it ended; None if the server ended.
+
+        `more` says that the next one is of another area of the same block.
+        """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
-            self._process.stdin.write(json.dumps(arguments).encode() + b"\n")
+            self._process.stdin.write(json.dumps({"arguments": arguments, "more": more}).encode() + b"\n")
             self._process.stdin.flush()
             line = self._process.stdout.readline()
         except (OSError, ValueError):
@@ -112,8 +118,41 @@ _busy: dict[str, list[_Server]] = {}
 _ended: set[str] = set()
 
 
-def run_area(job: AreaJob) -> Outcome:
-    """Convert an area, and return how that ended; a conversion that fails raises nothing."""
+def blocks_of(jobs: Sequence[AreaJob]) -> list[list[AreaJob]]:
+    """Return jobs that follow each other grouped by their blocks."""
+    found: list[list[AreaJob]] = []
+    for job in jobs:
+        if found and job.block and found[-1][-1].block == job.block:
+            found[-1].append(job)
+        else:
+            found.append([job])
+    return found
+
+
+def run_block(jobs: Sequence[AreaJob]) -> list[Outcome]:
+    """Convert the areas of a block, and return how each ended."""
+    return list(run_each(jobs))
+
+
+def run_each(jobs: Sequence[AreaJob]) -> Iterator[Outcome]:
+    """Convert the areas of a block, and yield how each ended, as they end.
+
+    If the block cannot be laid out, no area is converted.
+    """
+    for place, job in enumerate(jobs):
+        outcome = run_area(job, more=place + 1 < len(jobs))
+        yield outcome
+        if outcome.apart:
+            for _ in jobs[place + 1 :]:
+                yield outcome
+            return
+
+
+def run_area(job: AreaJob, *, more: bool = False) -> Outcome:
+    """Convert an area, and return how that ended; a conversion that fails raises nothing.
+
+    `more` says that the next area in this thread is of the same block.
+    """
     if job.version != __version__:
         told = f"the worker has osm2xodr {__version__}, and the batch {job.version}"
         return Outcome(f"{told}; install the same on both")
@@ -124,16 +163,18 @@ def run_area(job: AreaJob) -> Outcome:
         fresh, server = _take(job.batch)
         if server is None:
             return Outcome("it was stopped", time.monotonic() - began)
-        answer = server.ask([job.arguments[0], *bound, *job.arguments[1:]])
+        answer = server.ask([job.arguments[0], *bound, *job.arguments[1:]], more=more)
         if answer is not None:
             _give_back(job.batch, server, usable=True)
             message = _sentence(answer["status"], answer["said"])
-            return Outcome(message, time.monotonic() - began, answer["memory"], answer["status"] == EMPTY)
+            apart = bool(job.block and message and not answer["laid_out"])
+            return Outcome(message, time.monotonic() - began, answer["memory"], answer["status"] == EMPTY, apart)
         _give_back(job.batch, server, usable=False)
         # An idle server may end by itself just as it is asked again.
         if not server.wait() or fresh:
-            message = "it was stopped" if job.batch in _ended else _killed("")
-            return Outcome(message, time.monotonic() - began)
+            stopped = job.batch in _ended
+            message = "it was stopped" if stopped else _killed("")
+            return Outcome(message, time.monotonic() - began, apart=bool(job.block) and not stopped)
 
 
 def end_areas(batch: str) -> None:
@@ -157,13 +198,20 @@ def _end_all() -> None:
 
 
 def _take(batch: str) -> tuple[bool, _Server | None]:
-    """Return whether a server is new, and the server; None if the batch is over."""
+    """Return whether a server is new, and the server; None if the batch is over.
+
+    It is the one that this thread has had before, which may keep a block, unless another one has taken that.
+    """
     with _lock:
         if batch in _ended:
             return False, None
-        waiting = _idle.get(batch)
+        waiting = _idle.get(batch, [])
+        own = next((one for one in waiting if one.thread == threading.get_ident()), None)
         fresh = not waiting
-        server = _Server() if not waiting else waiting.pop()
+        server = _Server() if not waiting else waiting.pop() if own is None else own
+        if own is not None:
+            waiting.remove(own)
+        server.thread = threading.get_ident()
         _busy.setdefault(batch, []).append(server)
     return fresh, server
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from multiprocessing import resource_tracker
 from typing import Any, Final
 
-from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome, blocks_of, end_areas, run_block
 from osm2xodr.batch.workers.signals import uninterrupted
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import LEAST_MEMORY
@@ -58,12 +58,12 @@ def _outcomes(
 ) -> Iterator[tuple[AreaJob, Outcome]]:
     """Submit all jobs and yield them as they end."""
     done: queue.SimpleQueue[_Future] = queue.SimpleQueue()
-    futures: dict[str, tuple[AreaJob, _Future]] = {}
+    futures: dict[str, tuple[list[AreaJob], _Future]] = {}
     stack.callback(_stop, client, futures, batch)
-    for place, job in enumerate(jobs):
-        key = f"osm2xodr-{batch}-{job.name}"
-        future = client.submit(run_area, job, key=key, priority=-place, pure=False)
-        futures[key] = job, future
+    for place, block in enumerate(blocks_of(jobs)):
+        key = f"osm2xodr-{batch}-{block[0].name}"
+        future = client.submit(run_block, block, key=key, priority=-place, pure=False)
+        futures[key] = block, future
         future.add_done_callback(done.put)
     while futures:
         try:
@@ -76,34 +76,34 @@ def _outcomes(
             # Outcomes that were not fetched are lost with their worker: these areas are being made again.
             future.add_done_callback(done.put)
             continue
-        job, _ = futures.pop(future.key)
-        yield job, _outcome(future)
+        block, _ = futures.pop(future.key)
+        yield from zip(block, _outcomes_of(future, block), strict=True)
         future.release()
 
 
-def _outcome(future: _Future) -> Outcome:
-    """Return the outcome of a task that has ended."""
+def _outcomes_of(future: _Future, block: Sequence[AreaJob]) -> list[Outcome]:
+    """Return the outcome of each area of a task that has ended."""
     from distributed import KilledWorker
 
     if future.status == "finished":
         try:
-            outcome: Outcome = future.result()
+            outcomes: list[Outcome] = future.result()
         except OSError as lost:
             # The outcome was lost with the connection on its way here.
             raise Osm2xodrError(_GONE) from lost
-        return outcome
+        return outcomes
     if future.status == "cancelled":
         raise Osm2xodrError("the Dask scheduler is gone, or took the areas back; run the same command again")
     error = future.exception()
     if isinstance(error, KilledWorker):
-        return Outcome("its workers died again and again, perhaps for want of memory; use fewer --workers")
+        died = "its workers died again and again, perhaps for want of memory; use fewer --workers"
+        return [Outcome(died, apart=bool(job.block)) for job in block]
     text = " ".join(str(error).split())
-    return Outcome(
-        f"its worker cannot run it ({type(error).__name__}: {text}); install the osm2xodr of the batch there"
-    )
+    cause = f"its worker cannot run it ({type(error).__name__}: {text}); install the osm2xodr of the batch there"
+    return [Outcome(cause) for _ in block]
 
 
-def _stop(client: _Client, futures: dict[str, tuple[AreaJob, _Future]], batch: str) -> None:
+def _stop(client: _Client, futures: dict[str, tuple[list[AreaJob], _Future]], batch: str) -> None:
     """Cancel the tasks that have not ended, and stop their conversions."""
     # If the scheduler is gone or workers are dying, they stop by themselves.
     with contextlib.suppress(Exception):

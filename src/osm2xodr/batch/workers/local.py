@@ -11,7 +11,7 @@ import queue
 import threading
 from collections.abc import Iterator, Sequence
 
-from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome, blocks_of, end_areas, run_each
 from osm2xodr.batch.workers.signals import uninterrupted
 from osm2xodr.system import LEAST_MEMORY, available_memory
 
@@ -28,9 +28,9 @@ def on_this_machine(
     """
     if memory is None:
         memory = max(available_memory() // count, LEAST_MEMORY)
-    todo: queue.SimpleQueue[AreaJob] = queue.SimpleQueue()
-    for job in jobs:
-        todo.put(dataclasses.replace(job, batch=batch, memory=memory))
+    todo: queue.SimpleQueue[list[AreaJob]] = queue.SimpleQueue()
+    for block in blocks_of(jobs):
+        todo.put([dataclasses.replace(job, batch=batch, memory=memory) for job in block])
     ended: queue.SimpleQueue[_Ended] = queue.SimpleQueue()
     threads = [threading.Thread(target=_work, args=(todo, ended), daemon=True) for _ in range(count)]
     # Threads have SIGINT blocked, so that Ctrl-C interrupts this one.
@@ -46,17 +46,20 @@ def on_this_machine(
                 thread.join()
 
 
-def _work(todo: queue.SimpleQueue[AreaJob], ended: queue.SimpleQueue[_Ended]) -> None:
+def _work(todo: queue.SimpleQueue[list[AreaJob]], ended: queue.SimpleQueue[_Ended]) -> None:
     """Convert areas until none is left."""
     while True:
         try:
-            job = todo.get_nowait()
+            block = todo.get_nowait()
         except queue.Empty:
             return
+        left = list(block)
         try:
-            ended.put((job, run_area(job)))
+            for outcome in run_each(block):
+                ended.put((left.pop(0), outcome))
         except BaseException as error:
-            ended.put((job, error))
+            for job in left:
+                ended.put((job, error))
 
 
 def _outcomes(ended: queue.SimpleQueue[_Ended], count: int) -> Iterator[tuple[AreaJob, Outcome]]:

@@ -7,7 +7,7 @@ import secrets
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from osm2xodr.batch.workers.area_process import AreaJob, Outcome
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome, blocks_of
 from osm2xodr.batch.workers.dask_cluster import on_scheduler
 from osm2xodr.batch.workers.local import on_this_machine
 
@@ -32,6 +32,6 @@ def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tupl
     if workers.scheduler:
         chosen = on_scheduler(jobs, batch, workers.scheduler, workers.memory)
     else:
-        chosen = on_this_machine(jobs, batch, max(1, min(workers.count, len(jobs))), workers.memory)
+        chosen = on_this_machine(jobs, batch, max(1, min(workers.count, len(blocks_of(jobs)))), workers.memory)
     with chosen as outcomes:
         yield outcomes

@@ -2,7 +2,8 @@
 
 The height that a solve finds at one place depends on all its data: two areas see different noise and different roads,
 and their heights would differ by decimetres. So both areas solve the same small problem first, the roads along their
-common border, and pin their roads to its heights where they are cut.
+common border, and pin their roads to its heights where they are cut. Areas that are laid out together, as a block,
+share one solve, and need this at the borders of the block alone.
 """
 
 from __future__ import annotations
@@ -71,20 +72,22 @@ def with_border_heights(
 ) -> ProfileProblem:
     """Return the problem with roads pinned to common heights where the own area ends and a neighbour begins.
 
-    The problem is that of the area and its surroundings. `surface_around` is that of `Neighbourhood`; `diagnostics`
-    gets a note for each border that no elevation model reaches.
+    The problem is that of the area, or of the block that it is laid out with, and its surroundings. `surface_around`
+    is that of `Neighbourhood`; `diagnostics` gets a note for each border that no elevation model reaches.
     """
-    own = borders.partition.own
+    together = np.array(borders.partition.together())
     road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
     cut = np.flatnonzero(road[1:] == road[:-1]) + 1
     before, after = borders.piece_area[cut - 1], borders.piece_area[cut]
-    ours = ((before == own) | (after == own)) & (before >= 0) & (after >= 0)
-    cut, neighbour = cut[ours], np.where(before == own, after, before)[ours]
+    own_first = np.isin(before, together)
+    ours = (own_first != np.isin(after, together)) & (before >= 0) & (after >= 0)
+    pair = np.column_stack([np.where(own_first, before, after), np.where(own_first, after, before)])[ours]
+    cut = cut[ours]
     sampled, s = places_along(problem.plan_view, _REACH_SAMPLES_EVERY)
     points = sampled, *pose(problem.plan_view, sampled, s)[:2]
     found: list[tuple[IntArray, FloatArray, FloatArray]] = []
-    for area in np.unique(neighbour).tolist():
-        here = cut[neighbour == area]
+    for own, area in np.unique(pair, axis=0).tolist():
+        here = cut[(pair == (own, area)).all(axis=1)]
         near = np.union1d(_roads_near(points, borders.partition, sorted((own, area))), road[here])
         heights = _heights(problem, near, points, road[here], borders.piece_s[here], surface_around, options)
         if heights is None:

@@ -15,7 +15,7 @@ from osm2xodr.geometry.borders.roads import kept_junctions, kept_roads, link_bey
 from osm2xodr.model import BorderEnd, CubicProfile, RoadMap
 
 
-def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics, own: int | None = None) -> RoadMap:
     """Return the area that a conversion is for, without its surroundings.
 
     Each piece of a road that belongs to it becomes a road, without a link where it was cut. Lines, arcs and cubics
@@ -26,9 +26,11 @@ def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
     Parameters
     ----------
     road_map
-        An area and its surroundings, with `RoadMap.borders` and all furniture. One without borders is returned as is.
+        Areas and their surroundings, with `RoadMap.borders` and all furniture. One without borders is returned as is.
     diagnostics
         Receives what had to be changed.
+    own
+        Index of the area, where it is another one than that of the partition: one of the same block.
 
     Raises
     ------
@@ -37,7 +39,10 @@ def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
     """
     if road_map.borders is None:
         return road_map
-    pieces = Pieces(road_map, road_map.borders)
+    borders = road_map.borders
+    if own is not None:
+        borders = replace(borders, partition=replace(borders.partition, own=own))
+    pieces = Pieces(road_map, borders)
     begin, end = np.array([(piece.begin, piece.end) for piece in pieces.kept]).T.copy()
     curve = np.array([piece.curve for piece in pieces.kept], np.int64)
 
