@@ -74,8 +74,12 @@ def chords(curvature: FloatArray, ds: FloatArray, rate: FloatArray | None = None
 
 def _sinc(a: FloatArray) -> FloatArray:
     """Return sin(a) / a, (n,)."""
-    out = np.ones_like(a)
-    return np.divide(np.sin(a), a, out=out, where=a != 0.0)
+    # Adding 1 where it is 0 takes less time than dividing elsewhere alone.
+    zero = a == 0.0
+    out = np.sin(a)
+    out += zero
+    out /= a + zero
+    return out
 
 
 def _unlike_arcs(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -34,9 +34,6 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
     holes = grids.holes
     if holes is None or not len(holes.area):
         return found
-    # It takes long to load, and few areas need it.
-    from scipy import ndimage
-
     begin = np.unique(holes.area, return_index=True)[1].tolist()
     for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
         grid = int(holes.grid[a])
@@ -48,7 +45,7 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
             (row - row.min()).tolist(), (low - low.min()).tolist(), (last - first).tolist(), strict=True
         ):
             cells[at + 1, left + 1 : left + 1 + count] = True
-        below, over = np.nonzero(ndimage.binary_dilation(cells) & ~cells)
+        below, over = np.nonzero(_grown(cells) & ~cells)
         beside = grids.road[start + (below + row.min() - 1) * wide + over + low.min() - 1]
         if (beside < 0).any() or not cars[beside].all():
             continue
@@ -61,22 +58,35 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
 def hole_of(cells: BoolArray, low: FloatArray, road: int) -> Hole | None:
     """Return the hole whose cells (rows, columns) are marked; None where too little is clear of the lanes.
 
-    `low` is x, y of the corner of the first cell, m.
+    No cell at the edge of the grid is. `low` is x, y of the corner of the first cell, m.
     """
+    inner = ~_grown(~cells) & cells
+    # Most are slivers, whatever their parts.
+    if not inner.any() or inner.sum() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
+        return None
+    # It takes long to load, and few areas need it.
     from scipy import ndimage
 
-    parts, count = ndimage.label(ndimage.binary_erosion(cells))
-    if not count:
-        return None
+    parts, _ = ndimage.label(inner)
     size = np.bincount(parts.ravel())[1:]
     if size.max() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
         return None
-    body = ndimage.binary_dilation(parts == size.argmax() + 1) & cells
+    body = _grown(parts == size.argmax() + 1) & cells
     ring = _smoothed(_outline(body)) * defaults.GAP_CELL
     along = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     ring += defaults.ISLAND_CLEARANCE * np.column_stack([-along[:, 1], along[:, 0]])
     return Hole(road, low + _simplified(ring, defaults.ISLAND_TOLERANCE), float(cells.sum()) * defaults.GAP_CELL**2)
+
+
+def _grown(cells: BoolArray) -> BoolArray:
+    """Return the marked cells and those that share a side with one of them, (rows, columns)."""
+    out = cells.copy()
+    out[1:] |= cells[:-1]
+    out[:-1] |= cells[1:]
+    out[:, 1:] |= cells[:, :-1]
+    out[:, :-1] |= cells[:, 1:]
+    return out
 
 
 def _outline(inside: NDArray[np.bool_]) -> FloatArray:
