@@ -137,6 +137,37 @@ def test_the_closed_side_of_a_t_goes_straight_on(rule: Rule) -> None:
     assert [y - street for _, y in middle_of(roads, straight)] == pytest.approx([side * 4.0] * 5, abs=0.01)
 
 
+@EITHER
+@pytest.mark.parametrize("highway", ["service", "residential"])
+def test_sidewalks_run_on_past_driveways_without_any(rule: Rule, highway: str) -> None:
+    """They lie as low as the carriageway there, straight beside the street's lane, and nowhere else."""
+    ways = {way: (nodes, f"lanes=2 width=6 {tags}") for way, (nodes, tags) in T.ways.items()}
+    ways[3] = ways[3][0], f"lanes=2 width=6 highway={highway}"
+    found = Diagnostics()
+    roads = built(Case(T.nodes, ways), {1: BOTH, 2: BOTH}, rule, diagnostics=found)
+    assert_sound(roads)
+    assert "sidewalk-corner" not in found.counts()
+    walks = corners(roads)
+    if highway == "residential":
+        assert [sidewalk_of(road).height for road in walks] == [0.12]
+        return
+    assert sorted(sidewalk_of(road).height for road in walks) == [0.0, 0.12]
+    street = pose_at(roads.plan_view, 0, 0.0).y
+    places = {sidewalk_of(road).height: middle_of(roads, road) for road in walks}
+    (driveway,) = (k for k, road in enumerate(roads.roads) if road.osm_way_ids == (3,) and road.junction is None)
+    side = np.sign(pose_at(roads.plan_view, driveway, 0.0).y - street)
+    assert [y - street for _, y in places[0.0]] == pytest.approx([4.0 * side] * 5, abs=0.01)
+    assert [y - street for _, y in places[0.12]] == pytest.approx([-4.0 * side] * 5, abs=0.01)
+
+
+@EITHER
+def test_sidewalks_of_driveways_are_joined(rule: Rule) -> None:
+    ways = {way: (nodes, f"lanes=2 width=6 {tags}") for way, (nodes, tags) in T.ways.items()}
+    ways[3] = ways[3][0], "lanes=2 width=6 highway=service"
+    roads = built(Case(T.nodes, ways), dict.fromkeys(ways, BOTH), rule)
+    assert [sidewalk_of(road).height for road in corners(roads)] == [0.12] * 3
+
+
 def test_left_hand_traffic_is_the_mirror_image() -> None:
     for name in ("t", "x", "offset_t", "roundabout", "dual_cross", "star", "y_split"):
         case = CASES[name].case

@@ -32,3 +32,6 @@ CORNER_DETOUR_MORE: Final = 5.0
 CORNER_SWING: Final = 1.5
 # How far a sidewalk may reach onto lanes for cars, m. A choice: paths of cars through junctions are guesses, too.
 CORNER_ONTO_LANE: Final = 0.3
+# Values of OSM's ``highway`` of arms without sidewalks that sidewalks run past: who leaves these yields, over a
+# lowered kerb (StVO section 10).
+PASSED_HIGHWAYS: Final = frozenset({"service", "track"})
