@@ -146,7 +146,7 @@ def test_sidewalks_run_on_past_driveways_without_any(rule: Rule, highway: str) -
     found = Diagnostics()
     roads = built(Case(T.nodes, ways), {1: BOTH, 2: BOTH}, rule, diagnostics=found)
     assert_sound(roads)
-    assert "sidewalk-corner" not in found.counts()
+    assert all(code != "sidewalk-corner" for _, code in found.counts())
     walks = corners(roads)
     if highway == "residential":
         assert [sidewalk_of(road).height for road in walks] == [0.12]
