@@ -15,7 +15,7 @@ from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import BoolArray, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
+from osm2xodr.model import BoolArray, Direction, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
 from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -40,6 +40,10 @@ def corners(roads: RoadMap) -> list[Road]:
         for road in roads.roads
         if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
     ]
+
+
+def types_of(road: Road) -> list[LaneType]:
+    return [lane.type for lane in road.lane_sections[0].lanes]
 
 
 def driven(road: Road) -> list[Lane]:
@@ -158,6 +162,38 @@ def test_sidewalks_run_on_past_driveways_without_any(rule: Rule, highway: str) -
     side = np.sign(pose_at(roads.plan_view, driveway, 0.0).y - street)
     assert [y - street for _, y in places[0.0]] == pytest.approx([4.0 * side] * 5, abs=0.01)
     assert [y - street for _, y in places[0.12]] == pytest.approx([-4.0 * side] * 5, abs=0.01)
+
+
+@EITHER
+@pytest.mark.parametrize("side_street", [(), (WALK,)], ids=["bare", "with sidewalks"])
+def test_cycle_tracks_lead_straight_on_past_other_streets(rule: Rule, side_street: Strips) -> None:
+    """Ways 1 and 2 run from west to east, 3 and 4 cross them."""
+    case = wide(X)
+    back = replace(TRACK, direction=Direction.BACKWARD)
+    tracks = ((VERGE, back), (VERGE, TRACK))
+    roads = built(case, {1: tracks, 2: tracks, 3: (side_street, side_street), 4: (side_street, side_street)}, rule)
+    assert_sound(roads)
+    led = [road for road in roads.roads if road.junction is not None and LaneType.BIKING in types_of(road)]
+    assert len(led) == 2
+    by_id = {road.id: road for road in roads.roads}
+    for road in led:
+        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.BIKING)
+        assert lane.height == 0.0
+        for link, number in ((road.predecessor, lane.predecessor), (road.successor, lane.successor)):
+            assert link is not None
+            arm = by_id[link.id].lane_sections[0].lanes
+            assert [item.type for item in arm if item.id == number] == [LaneType.BIKING]
+
+
+@EITHER
+def test_cycle_tracks_do_not_turn_across_the_junction(rule: Rule) -> None:
+    """From the west only to the south: its far side has none to lead to."""
+    case = wide(X)
+    tracks = ((TRACK,), (TRACK,))
+    roads = built(case, {1: tracks, 3: tracks}, rule)
+    assert_sound(roads)
+    led = [road for road in roads.roads if road.junction is not None and LaneType.BIKING in types_of(road)]
+    assert len(led) == 1
 
 
 @EITHER

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import takewhile
 from typing import Final
 
@@ -70,7 +71,7 @@ class _Corners:
     exit: IntArray
     first: _Walks
     second: _Walks
-    past: BoolArray  # Whether driveways lie between them
+    past: BoolArray  # Whether arms lie between them
 
 
 def sidewalk_corners(
@@ -82,7 +83,7 @@ def sidewalk_corners(
     leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
     OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
     road for `cars` touches are no part of the junction. Past driveways without sidewalks it runs on, as low as the
-    carriageway: cars cross it there.
+    carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none.
     """
     found = list(_pairs(parts, margins, cars, rule, junctions))
     none = cars.chosen(np.zeros(len(cars.length), bool))
@@ -95,28 +96,32 @@ def sidewalk_corners(
     beside = _turns_beside(corners, cars)
     rows = _as_rows(corners, beside, _paths(corners, beside, parts, cars), cars)
     good, led = np.zeros(len(past), bool), none
-    driveways = sorted({arm for arms in passed for arm in arms})
-    crossing = np.isin(cars.entry, driveways) | np.isin(cars.exit, driveways)
+    between_them = sorted({arm for arms in passed for arm in arms})
+    crossing = np.isin(cars.entry, between_them) | np.isin(cars.exit, between_them)
     for chosen, others in ((~past, cars), (past, cars.chosen(~crossing))):
         own = beside.row[chosen] < 0
         clear = _passable(rows.chosen(chosen), own, others, parts)
         good[chosen] = clear
         led = led.joined(with_inner_lanes(rows.chosen(chosen).chosen(clear), own[clear], others, parts, rule))
     # Nobody misses a corner that leads past a driveway: sidewalks may end there.
-    return led.at_rows(np.argsort(led.junction, kind="stable")), rows.chosen(~good & ~past)
+    walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
+    return led.at_rows(np.argsort(led.junction, kind="stable")), rows.chosen(~good & ~past & walks)
 
 
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
-    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
+    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
     section = parts.at_end(end).section
     t = section.left_edge if side > 0 else section.right_edge
     inner: list[tuple[int, MarginSpec]] = []
+    track: Sidewalk | None = None
     for lane, strip in strips_at_end(parts, margins, end, side):
+        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING):
+            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
         if strip.type is LaneType.SIDEWALK:
-            return Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner))
+            return track
         inner.insert(0, (lane, strip))
         t += side * strip.width
-    return None
+    return track
 
 
 def _pairs(
@@ -124,7 +129,7 @@ def _pairs(
 ) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk, tuple[int, ...]]]:
     """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `_Corners`.
 
-    The last value are the driveways between them.
+    The last value are the arms between them.
     """
     end_junction = parts.end_junction.ravel()
     touched = np.union1d(cars.entry, cars.exit)
@@ -151,17 +156,32 @@ def _pairs(
             if first is None or end not in connected:
                 continue
             beyond = [*around[k + 1 :], *around[:k]]
-            passed = tuple(takewhile(lambda arm: _is_driveway(parts, walks, arm), beyond))
+            passed = tuple(takewhile(partial(_is_passed, parts, walks, first.type), beyond))
             following = beyond[len(passed)] if len(passed) < len(beyond) else end
             second = walks.get((following, -incoming if following % 2 == 0 else incoming))
-            if following != end and following in connected and second is not None:
+            if following == end or following not in connected or second is None:
+                continue
+            if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
+                continue
+            if first.type is second.type:
                 yield junction, end, following, first, second, passed
 
 
-def _is_driveway(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], end: int) -> bool:
-    """Whether a road end belongs to a driveway or track without sidewalks, past which sidewalks run on."""
-    highway = parts.at_end(end).attributes.highway
-    return highway in defaults.PASSED_HIGHWAYS and not ((end, 1) in walks or (end, -1) in walks)
+def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
+    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such."""
+    here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
+    if kind is LaneType.BIKING:
+        return kind not in here
+    return not here and parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
+
+
+def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
+    """Whether the way from one road end into a junction leads straight on to another one."""
+    ends = np.array([end, following])
+    _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
+    # Road ends run inwards, starts outwards.
+    turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
+    return bool(np.cos(turn) > defaults.STRAIGHT_ON_COSINE)
 
 
 def _arms_in_order(
@@ -311,7 +331,7 @@ def _as_rows(corners: _Corners, beside: _Beside, plan: PlanView, cars: Connectin
         entry_aside=np.where(back, -beside.end, beside.start),
         exit_aside=np.where(back, -beside.start, beside.end),
         height=np.where(corners.past, 0.0, first.height),
-        lane_type=(LaneType.SIDEWALK,) * count,
+        lane_type=tuple(walk.type for walk in first.walks),
         access=(Access.ALL,) * count,
         inner=tuple(
             tuple(replace(lane, height=0.0) for lane in lanes) if low else lanes
