@@ -238,8 +238,10 @@ def _assert_contact(measures: RoadMeasures, path: Road) -> None:
     """Check that a connecting road starts and ends in the lanes that it joins; borders may fill corners and gaps."""
     by_id = {road.id: road for road in measures.map.roads}
     lanes = [lane for lane in path.lane_sections[0].lanes if lane.id]
-    corner = any(lane.type is LaneType.SIDEWALK for lane in lanes)
     linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
+    # Cycle tracks may have a verge beside them.
+    types = {lane.type for lane in linked}
+    corner = LaneType.SIDEWALK in types or types == {LaneType.BIKING, LaneType.BORDER}
     assert corner or len(linked) == 1
     assert all(lane.type in (LaneType.BORDER, LaneType.SHOULDER) for lane in lanes if lane not in linked)
     for own in linked:

@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr.conventions import find_country
 from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
@@ -25,7 +25,7 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
-from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor
+from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
@@ -108,8 +108,13 @@ def build_roads(
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
     floor = lay_floor(through, network.rule, Faces.of(plan.parts, through))
-    islands = tuple(_islands(network, plan, through, floor.holes))
-    return replace(with_floor(road_map, len(plan.parts.length), floor), islands=islands)
+    road_map = with_floor(road_map, len(plan.parts.length), floor)
+    islands, left_out = raised_islands(
+        network.roadside, road_map, tuple(_islands(network, plan, through, floor.holes))
+    )
+    text = "with an island left out: it is tiny or far away, or lies on lanes"
+    diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)
+    return replace(road_map, islands=islands)
 
 
 def _islands(

@@ -200,11 +200,12 @@ class Junction:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Island:
-    """A raised place in a junction that carriageways go round."""
+    """A raised place that carriageways go round."""
 
-    junction: int  # Id of the junction
-    road: int  # Index of a connecting road beside it
+    junction: int  # Id of the junction in which it was found; -1 where OSM maps it
+    road: int  # Index of a road beside it
     corners: FloatArray  # (n, 2) local x, y, counter-clockwise, m
+    osm_id: str = ""  # The area in OSM
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -362,7 +363,7 @@ class RoadMap:
     country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries
     places: StreetPlaces | None = None
     furniture: Furniture = field(default_factory=Furniture)
-    islands: tuple[Island, ...] = ()  # Raised places in junctions, which are not furniture yet
+    islands: tuple[Island, ...] = ()  # Raised places, which are not furniture yet
     # The areas that the roads belong to, if the area is one of several side by side; the road map then includes the
     # surroundings of the area, until they are cut off.
     borders: Borders | None = None

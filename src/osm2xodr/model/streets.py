@@ -203,6 +203,7 @@ class RoadsideKind(str, Enum):
     HEDGE = "hedge"
     BOLLARD = "bollard"
     KERB = "kerb"
+    ISLAND = "island"
     TRAM_TRACK = "tram_track"
     TRAFFIC_SIGN = "traffic_sign"
     TRAFFIC_SIGNALS = "traffic_signals"

@@ -32,6 +32,15 @@ def test_the_corners_are_where_the_island_is() -> None:
     assert [(item.code, item.osm_id) for item in found] == [("junction-island", "node/99")]
 
 
+def test_mapped_ones_have_their_id_and_no_guess() -> None:
+    road_map = furnished_crossing()
+    corners = np.array([(102.0, 6.0), (106.0, 6.0), (106.0, 9.0), (102.0, 8.0)])
+    found = Diagnostics()
+    furniture = with_islands(replace(road_map, islands=(Island(-1, 3, corners, "way/7"),)), found).furniture
+    (made,) = (item for item in furniture.objects if item.name == "island" and item.road == 4)
+    assert (made.osm_id, made.type, list(found)) == ("way/7", "trafficIsland", [])
+
+
 def test_without_islands_nothing_changes() -> None:
     road_map = furnished_crossing()
     assert with_islands(road_map, Diagnostics()) is road_map

@@ -15,7 +15,7 @@ from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import BoolArray, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
+from osm2xodr.model import BoolArray, Direction, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
 from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -40,6 +40,10 @@ def corners(roads: RoadMap) -> list[Road]:
         for road in roads.roads
         if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
     ]
+
+
+def types_of(road: Road) -> list[LaneType]:
+    return [lane.type for lane in road.lane_sections[0].lanes]
 
 
 def driven(road: Road) -> list[Lane]:
@@ -135,6 +139,69 @@ def test_the_closed_side_of_a_t_goes_straight_on(rule: Rule) -> None:
     street = pose_at(roads.plan_view, 0, 0.0).y
     (straight,) = (road for road in corners(roads) if side * (middle_of(roads, road)[2][1] - street) > 0)
     assert [y - street for _, y in middle_of(roads, straight)] == pytest.approx([side * 4.0] * 5, abs=0.01)
+
+
+@EITHER
+@pytest.mark.parametrize("highway", ["service", "residential"])
+def test_sidewalks_run_on_past_driveways_without_any(rule: Rule, highway: str) -> None:
+    """They lie as low as the carriageway there, straight beside the street's lane, and nowhere else."""
+    ways = {way: (nodes, f"lanes=2 width=6 {tags}") for way, (nodes, tags) in T.ways.items()}
+    ways[3] = ways[3][0], f"lanes=2 width=6 highway={highway}"
+    found = Diagnostics()
+    roads = built(Case(T.nodes, ways), {1: BOTH, 2: BOTH}, rule, diagnostics=found)
+    assert_sound(roads)
+    assert all(code != "sidewalk-corner" for _, code in found.counts())
+    walks = corners(roads)
+    if highway == "residential":
+        assert [sidewalk_of(road).height for road in walks] == [0.12]
+        return
+    assert sorted(sidewalk_of(road).height for road in walks) == [0.0, 0.12]
+    street = pose_at(roads.plan_view, 0, 0.0).y
+    places = {sidewalk_of(road).height: middle_of(roads, road) for road in walks}
+    (driveway,) = (k for k, road in enumerate(roads.roads) if road.osm_way_ids == (3,) and road.junction is None)
+    side = np.sign(pose_at(roads.plan_view, driveway, 0.0).y - street)
+    assert [y - street for _, y in places[0.0]] == pytest.approx([4.0 * side] * 5, abs=0.01)
+    assert [y - street for _, y in places[0.12]] == pytest.approx([-4.0 * side] * 5, abs=0.01)
+
+
+@EITHER
+@pytest.mark.parametrize("side_street", [(), (WALK,)], ids=["bare", "with sidewalks"])
+def test_cycle_tracks_lead_straight_on_past_other_streets(rule: Rule, side_street: Strips) -> None:
+    """Ways 1 and 2 run from west to east, 3 and 4 cross them."""
+    case = wide(X)
+    back = replace(TRACK, direction=Direction.BACKWARD)
+    tracks = ((VERGE, back), (VERGE, TRACK))
+    roads = built(case, {1: tracks, 2: tracks, 3: (side_street, side_street), 4: (side_street, side_street)}, rule)
+    assert_sound(roads)
+    led = [road for road in roads.roads if road.junction is not None and LaneType.BIKING in types_of(road)]
+    assert len(led) == 2
+    by_id = {road.id: road for road in roads.roads}
+    for road in led:
+        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.BIKING)
+        assert lane.height == 0.0
+        for link, number in ((road.predecessor, lane.predecessor), (road.successor, lane.successor)):
+            assert link is not None
+            arm = by_id[link.id].lane_sections[0].lanes
+            assert [item.type for item in arm if item.id == number] == [LaneType.BIKING]
+
+
+@EITHER
+def test_cycle_tracks_do_not_turn_across_the_junction(rule: Rule) -> None:
+    """From the west only to the south: its far side has none to lead to."""
+    case = wide(X)
+    tracks = ((TRACK,), (TRACK,))
+    roads = built(case, {1: tracks, 3: tracks}, rule)
+    assert_sound(roads)
+    led = [road for road in roads.roads if road.junction is not None and LaneType.BIKING in types_of(road)]
+    assert len(led) == 1
+
+
+@EITHER
+def test_sidewalks_of_driveways_are_joined(rule: Rule) -> None:
+    ways = {way: (nodes, f"lanes=2 width=6 {tags}") for way, (nodes, tags) in T.ways.items()}
+    ways[3] = ways[3][0], "lanes=2 width=6 highway=service"
+    roads = built(Case(T.nodes, ways), dict.fromkeys(ways, BOTH), rule)
+    assert [sidewalk_of(road).height for road in corners(roads)] == [0.12] * 3
 
 
 def test_left_hand_traffic_is_the_mirror_image() -> None:

@@ -100,6 +100,23 @@ def test_a_kerb_is_as_high_as_its_tags_say(tmp_path: Path, tags: str, height: fl
     assert thing.facts.height == height
 
 
+@pytest.mark.parametrize(
+    ("tags", "nodes", "kinds"),
+    [
+        ("area:highway=traffic_island", [5, 6, 7, 8, 5], [RoadsideKind.ISLAND]),
+        ("traffic_calming=island barrier=kerb", [5, 6, 7, 8, 5], [RoadsideKind.ISLAND]),
+        ("traffic_calming=island", [5, 6, 7], []),
+        ("traffic_calming=hump", [5, 6, 7, 8, 5], []),
+        ("area:highway=footway", [5, 6, 7, 8, 5], []),
+    ],
+)
+def test_islands_are_areas(tmp_path: Path, tags: str, nodes: list[int], kinds: list[RoadsideKind]) -> None:
+    places = {**STREET, 5: (40.0, 4.0), 6: (60.0, 4.0), 7: (60.0, 6.0), 8: (40.0, 6.0)}
+    network, _ = Area(places, {20: ([1, 2, 3], "highway=residential"), 30: (nodes, tags)}).parse(tmp_path)
+    assert [thing.kind for thing in network.roadside] == kinds
+    assert [thing.node_ids.tolist() for thing in network.roadside] == [nodes] * len(kinds)
+
+
 def test_a_platform_stands_in_its_middle(tmp_path: Path) -> None:
     nodes = {**STREET, 5: (40.0, 4.0), 6: (60.0, 4.0), 7: (60.0, 6.0), 8: (40.0, 6.0)}
     area = Area(

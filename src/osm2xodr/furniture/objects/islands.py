@@ -1,4 +1,4 @@
-"""Raised islands in junctions, which carriageways go round."""
+"""Raised islands, which carriageways go round."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _DECIMALS: Final = 3
 
 
 def island_objects(road_map: RoadMap, diagnostics: Diagnostics) -> list[RoadObject]:
-    """Return the islands of a road map, at least one, as objects on connecting roads beside them."""
+    """Return the islands of a road map, at least one, as objects on roads beside them."""
     furniture, islands = road_map.furniture, road_map.islands
     used = (item.id for kind in (furniture.signals, furniture.objects, furniture.structures) for item in kind)
     number = max(used, default=0)
@@ -42,8 +42,11 @@ def island_objects(road_map: RoadMap, diagnostics: Diagnostics) -> list[RoadObje
                 width=round(float(np.ptp(v)), _DECIMALS),
                 height=ISLAND_HEIGHT,
                 outline=tuple((a, b, 0.0, ISLAND_HEIGHT) for a, b in corners),
+                osm_id=item.osm_id,
             )
         )
+        if item.osm_id:
+            continue
         text = "a place that its carriageways go round is raised as an island"
         diagnostics.guessed("junction-island", f"node/{nodes[item.junction]}", text)
     return made

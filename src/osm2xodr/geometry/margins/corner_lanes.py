@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import LaneLayout
@@ -37,13 +35,23 @@ def with_lanes_of_sections(
 ) -> ConnectingRoads:
     """Return connecting roads whose sidewalks join the lanes that the road ends have in their lane sections."""
     entry_lane, exit_lane, inner = roads.entry_lane.copy(), roads.exit_lane.copy(), list(roads.inner)
-    for row in np.flatnonzero([kind is LaneType.SIDEWALK for kind in roads.lane_type]).tolist():
+    for row, kind in enumerate(roads.lane_type):
+        if not _leads_strips(parts, kind, int(roads.entry[row]), int(entry_lane[row])):
+            continue
         entry, exit_ = (
             partial(_lane_id, parts, margins, layouts, int(end[row])) for end in (roads.entry, roads.exit)
         )
         entry_lane[row], exit_lane[row] = entry(int(entry_lane[row])), exit_(int(exit_lane[row]))
         inner[row] = tuple(_renumbered(lane, entry, exit_) for lane in inner[row])
     return replace(roads, entry_lane=entry_lane, exit_lane=exit_lane, inner=tuple(inner))
+
+
+def _leads_strips(parts: RoadParts, kind: LaneType, end: int, lane: int) -> bool:
+    """Whether a connecting road leads strips beside the carriageway on: a sidewalk, or a cycle track."""
+    if kind is not LaneType.BIKING:
+        return kind is LaneType.SIDEWALK
+    section = parts.at_end(end).section
+    return abs(lane) > len(section.left if lane > 0 else section.right)
 
 
 def _renumbered(lane: InnerLane, entry: Callable[[int], int], exit_: Callable[[int], int]) -> InnerLane:

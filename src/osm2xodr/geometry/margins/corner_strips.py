@@ -24,7 +24,7 @@ _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
 @dataclass(frozen=True, slots=True)
 class Sidewalk:
-    """A sidewalk at a road end."""
+    """A sidewalk, or a cycle track without one beside it, at a road end."""
 
     lane: int  # Its lane id
     t: float  # Of its middle, m
@@ -33,6 +33,7 @@ class Sidewalk:
     height: float
     # Lane ids and strips between it and the carriageway, from the sidewalk inwards
     inner: tuple[tuple[int, MarginSpec], ...] = ()
+    type: LaneType = LaneType.SIDEWALK
 
 
 def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import takewhile
 from typing import Final
 
 import numpy as np
@@ -69,6 +71,7 @@ class _Corners:
     exit: IntArray
     first: _Walks
     second: _Walks
+    past: BoolArray  # Whether arms lie between them
 
 
 def sidewalk_corners(
@@ -79,39 +82,55 @@ def sidewalk_corners(
     A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, if the turn
     leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
     OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
-    road for `cars` touches are no part of the junction.
+    road for `cars` touches are no part of the junction. Past driveways without sidewalks it runs on, as low as the
+    carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none.
     """
     found = list(_pairs(parts, margins, cars, rule, junctions))
+    none = cars.chosen(np.zeros(len(cars.length), bool))
     if not found:
-        none = cars.chosen(np.zeros(len(cars.length), bool))
         return none, none
-    *ends, first, second = zip(*found, strict=True)
+    *ends, first, second, passed = zip(*found, strict=True)
     junction, entry, exit_ = (np.array(column, np.int64) for column in ends)
-    corners = _Corners(junction, entry, exit_, _Walks.of(first), _Walks.of(second))
+    past = np.array([bool(arms) for arms in passed], bool)
+    corners = _Corners(junction, entry, exit_, _Walks.of(first), _Walks.of(second), past)
     beside = _turns_beside(corners, cars)
     rows = _as_rows(corners, beside, _paths(corners, beside, parts, cars), cars)
-    own = beside.row < 0
-    good = _passable(rows, own, cars, parts)
-    return with_inner_lanes(rows.chosen(good), own[good], cars, parts, rule), rows.chosen(~good)
+    good, led = np.zeros(len(past), bool), none
+    between_them = sorted({arm for arms in passed for arm in arms})
+    crossing = np.isin(cars.entry, between_them) | np.isin(cars.exit, between_them)
+    for chosen, others in ((~past, cars), (past, cars.chosen(~crossing))):
+        own = beside.row[chosen] < 0
+        clear = _passable(rows.chosen(chosen), own, others, parts)
+        good[chosen] = clear
+        led = led.joined(with_inner_lanes(rows.chosen(chosen).chosen(clear), own[clear], others, parts, rule))
+    # Nobody misses a corner that leads past a driveway: sidewalks may end there.
+    walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
+    return led.at_rows(np.argsort(led.junction, kind="stable")), rows.chosen(~good & ~past & walks)
 
 
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
-    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
+    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
     section = parts.at_end(end).section
     t = section.left_edge if side > 0 else section.right_edge
     inner: list[tuple[int, MarginSpec]] = []
+    track: Sidewalk | None = None
     for lane, strip in strips_at_end(parts, margins, end, side):
+        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING):
+            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
         if strip.type is LaneType.SIDEWALK:
-            return Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner))
+            return track
         inner.insert(0, (lane, strip))
         t += side * strip.width
-    return None
+    return track
 
 
 def _pairs(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
-) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk]]:
-    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `_Corners`."""
+) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk, tuple[int, ...]]]:
+    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `_Corners`.
+
+    The last value are the arms between them.
+    """
     end_junction = parts.end_junction.ravel()
     touched = np.union1d(cars.entry, cars.exit)
     if junctions is not None:
@@ -131,14 +150,38 @@ def _pairs(
     incoming = 1 if rule is Rule.RIGHT_HAND else -1
     connected = set(touched.tolist())
     for junction, around in _arms_in_order(parts, end_junction, arms, incoming):
-        for end, following in zip(around, (*around[1:], around[0]), strict=True):
-            if following == end or end not in connected or following not in connected:
-                continue
+        for k, end in enumerate(around):
             # Road ends run inwards, starts outwards.
             first = walks.get((end, incoming if end % 2 == 0 else -incoming))
+            if first is None or end not in connected:
+                continue
+            beyond = [*around[k + 1 :], *around[:k]]
+            passed = tuple(takewhile(partial(_is_passed, parts, walks, first.type), beyond))
+            following = beyond[len(passed)] if len(passed) < len(beyond) else end
             second = walks.get((following, -incoming if following % 2 == 0 else incoming))
-            if first is not None and second is not None:
-                yield junction, end, following, first, second
+            if following == end or following not in connected or second is None:
+                continue
+            if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
+                continue
+            if first.type is second.type:
+                yield junction, end, following, first, second, passed
+
+
+def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
+    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such."""
+    here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
+    if kind is LaneType.BIKING:
+        return kind not in here
+    return not here and parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
+
+
+def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
+    """Whether the way from one road end into a junction leads straight on to another one."""
+    ends = np.array([end, following])
+    _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
+    # Road ends run inwards, starts outwards.
+    turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
+    return bool(np.cos(turn) > defaults.STRAIGHT_ON_COSINE)
 
 
 def _arms_in_order(
@@ -287,10 +330,13 @@ def _as_rows(corners: _Corners, beside: _Beside, plan: PlanView, cars: Connectin
         # Left of the reference line, in the sidewalk's own direction.
         entry_aside=np.where(back, -beside.end, beside.start),
         exit_aside=np.where(back, -beside.start, beside.end),
-        height=first.height,
-        lane_type=(LaneType.SIDEWALK,) * count,
+        height=np.where(corners.past, 0.0, first.height),
+        lane_type=tuple(walk.type for walk in first.walks),
         access=(Access.ALL,) * count,
-        inner=tuple(between(*walks) for walks in zip(first.walks, last.walks, strict=True)),
+        inner=tuple(
+            tuple(replace(lane, height=0.0) for lane in lanes) if low else lanes
+            for low, lanes in zip(corners.past.tolist(), map(between, first.walks, last.walks), strict=True)
+        ),
     )
 
 

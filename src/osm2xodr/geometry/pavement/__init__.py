@@ -2,8 +2,8 @@
 
 `cross_sections` where the lanes' edges are · `gaps` places that lanes enclose and none covers · `rays` how far these
 reach from a lane's edge · `filling` which edges the strips begin at · `widths` their widths in few records ·
-`islands` gaps that are raised · `faces` ends of
-carriageways that no lane goes on from
+`islands` gaps that are raised · `mapped_islands` areas that are · `faces` ends of carriageways that no lane goes on
+from
 """
 
 from __future__ import annotations
@@ -11,5 +11,6 @@ from __future__ import annotations
 from osm2xodr.geometry.pavement.faces import Faces
 from osm2xodr.geometry.pavement.filling import Floor, lay_floor
 from osm2xodr.geometry.pavement.islands import Hole, is_island
+from osm2xodr.geometry.pavement.mapped_islands import raised_islands
 
-__all__ = ["Faces", "Floor", "Hole", "is_island", "lay_floor"]
+__all__ = ["Faces", "Floor", "Hole", "is_island", "lay_floor", "raised_islands"]

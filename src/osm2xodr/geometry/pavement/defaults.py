@@ -35,3 +35,9 @@ ISLAND_SHARE: Final = 0.15
 # How far kerbs stay within a gap, m, and how far they may be off, m. Choices.
 ISLAND_CLEARANCE: Final = 0.2
 ISLAND_TOLERANCE: Final = 0.15
+# Least area of an island that OSM maps, m², and its least share that lanes must leave: where they take more, it lies
+# elsewhere. Choices.
+ISLAND_MAPPED_LEAST: Final = 1.5
+ISLAND_MAPPED_SHARE: Final = 0.25
+# Half of the width that trams need, m: BOStrab section 34, 2.65 m, and a little.
+TRAM_HALF_WIDTH: Final = 1.45

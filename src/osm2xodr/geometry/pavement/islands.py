@@ -72,11 +72,17 @@ def hole_of(cells: BoolArray, low: FloatArray, road: int) -> Hole | None:
     if size.max() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
         return None
     body = _grown(parts == size.argmax() + 1) & cells
-    ring = _smoothed(_outline(body)) * defaults.GAP_CELL
+    ring = ring_of(body, defaults.GAP_CELL, defaults.ISLAND_CLEARANCE)
+    return Hole(road, low + ring, float(cells.sum()) * defaults.GAP_CELL**2)
+
+
+def ring_of(body: BoolArray, cell: float, inset: float) -> FloatArray:
+    """Return the smoothed outline of connected cells of a size, so far within them, counter-clockwise, (n, 2), m."""
+    ring = _smoothed(_outline(body)) * cell
     along = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    ring += defaults.ISLAND_CLEARANCE * np.column_stack([-along[:, 1], along[:, 0]])
-    return Hole(road, low + _simplified(ring, defaults.ISLAND_TOLERANCE), float(cells.sum()) * defaults.GAP_CELL**2)
+    ring += inset * np.column_stack([-along[:, 1], along[:, 0]])
+    return _simplified(ring, defaults.ISLAND_TOLERANCE)
 
 
 def _grown(cells: BoolArray) -> BoolArray:

@@ -63,6 +63,8 @@ _FOOTWAY_DETAILS: Final = frozenset(
 _BARRIER_DETAILS: Final = frozenset(
     ("barrier", "height", "width", "material", "fence_type", "kerb", "layer", "bridge", "tunnel")
 )
+# By key, the value of areas that are raised between carriageways.
+_ISLANDS: Final[Mapping[str, str]] = MappingProxyType({"area:highway": "traffic_island", "traffic_calming": "island"})
 _TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})
 _STOP_DETAILS: Final = frozenset(
     {
@@ -89,12 +91,13 @@ _DETAILS: Final[Mapping[RoadsideKind, frozenset[str]]] = MappingProxyType(
         RoadsideKind.TRAM_TRACK: _TRACK_DETAILS,
         RoadsideKind.TRAFFIC_SIGN: _SIGN_DETAILS,
         RoadsideKind.TRAFFIC_SIGNALS: _LIGHT_DETAILS,
+        RoadsideKind.ISLAND: frozenset({*_ISLANDS, "layer"}),
         **{kind: _BARRIER_DETAILS for kind in _BARRIERS.values()},
     }
 )
 # All tags of ways that are read here.
 BESIDE_TAGS: Final = (
-    _FOOTWAY_DETAILS | _BARRIER_DETAILS | _TRACK_DETAILS | _STOP_DETAILS | _TREE_DETAILS | {"natural"}
+    _FOOTWAY_DETAILS | _BARRIER_DETAILS | _TRACK_DETAILS | _STOP_DETAILS | _TREE_DETAILS | {"natural", *_ISLANDS}
 )
 
 
@@ -124,6 +127,7 @@ def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, 
         "barrier": frozenset(_BARRIERS),
         "railway": frozenset({"tram"}),
         "public_transport": frozenset({"platform"}),
+        **{key: frozenset({value}) for key, value in _ISLANDS.items()},
     }
     if "trees" in extra:
         values["natural"] = frozenset({"tree_row"})
@@ -153,6 +157,8 @@ def kind_of_way(tags: Mapping[str, str]) -> RoadsideKind | None:
         return RoadsideKind.BUS_STOP
     if tags.get("natural") == "tree_row":
         return RoadsideKind.TREE
+    if "highway" not in tags and any(tags.get(key) == value for key, value in _ISLANDS.items()):
+        return RoadsideKind.ISLAND
     return _BARRIERS.get(tags.get("barrier", ""))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set as AbstractSet
+from typing import Final
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from osm2xodr.osmParsing.roadside.tags import (
     way_values,
 )
 from osm2xodr.osmParsing.tags import read_thing_facts
+
+# Nodes of the smallest area, the first one at the end again.
+_LEAST_OF_AREA: Final = 4
 
 
 def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
@@ -103,7 +107,7 @@ def _add_way(
     if is_footway(way.tags):
         footways.append(Footway(way.id, is_crossing(way.tags), points, ids, footway_tags(way.tags)))
     kind = kind_of_way(way.tags)
-    if kind is None:
+    if kind is None or (kind is RoadsideKind.ISLAND and (len(ids) < _LEAST_OF_AREA or ids[0] != ids[-1])):
         return
     facts = read_thing_facts(kind, thing_tags(kind, way.tags), "")
     if kind is RoadsideKind.BUS_STOP:
