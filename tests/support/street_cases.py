@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from xml.sax.saxutils import quoteattr
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import RoadOptions, build_roads
+from osm2xodr.geometry import ElevationOptions, RoadOptions, build_roads
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.plan_view.ends import StreetEnds, street_ends
@@ -99,10 +99,16 @@ class Case:
         return _stages(self.osm(), rule)
 
     def build(
-        self, rule: Rule = Rule.RIGHT_HAND, *, turnarounds: bool = False, u_turns: str = "law", country: str = ""
+        self,
+        rule: Rule = Rule.RIGHT_HAND,
+        *,
+        turnarounds: bool = False,
+        u_turns: str = "law",
+        country: str = "",
+        superelevation: str = "auto",
     ) -> RoadMap:
         """Convert it on flat ground, with the laws of a country."""
-        return _built(self.osm(), rule, turnarounds, u_turns, country)
+        return _built(self.osm(), rule, turnarounds, u_turns, country, superelevation)
 
 
 @dataclass(frozen=True)
@@ -139,12 +145,13 @@ def _network(osm: str, rule: Rule, diagnostics: Diagnostics) -> StreetNetwork:
 
 
 @cache
-def _built(osm: str, rule: Rule, turnarounds: bool, u_turns: str, country: str) -> RoadMap:
+def _built(osm: str, rule: Rule, turnarounds: bool, u_turns: str, country: str, superelevation: str) -> RoadMap:
     diagnostics = Diagnostics()
     options = RoadOptions(turnarounds=turnarounds, u_turns=u_turns)
     network = _network(osm, rule, diagnostics)
     network = replace(network, country=country) if country else network
-    return build_roads(network, FlatSurface(), diagnostics, road_options=options)
+    heights = ElevationOptions(superelevation=superelevation)
+    return build_roads(network, FlatSurface(), diagnostics, heights, road_options=options)
 
 
 @cache

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
+from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
 from osm2xodr.geometry.margins import inner_width
@@ -143,9 +144,14 @@ def _linked(
 
 
 def connecting_road_records(
-    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule
+    connecting: ConnectingRoads,
+    parts: RoadParts,
+    lanes: Sequence[LaneLayout],
+    ids: RoadIds,
+    rule: Rule,
+    lines: CrossfallLines,
 ) -> list[Road]:
-    """Return the roads through junctions; those with equal lanes share their lane sections."""
+    """Return the roads through junctions, some on `lines`; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
     known: dict[tuple[object, ...], tuple[LaneSection, ...]] = {}
@@ -162,14 +168,15 @@ def connecting_road_records(
         connecting.height,
     )
     out: list[Road] = []
+    widths = lane_widths_on(lines, connecting)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(rows):
         inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
         rest = length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
-        key = own, inner, outermost, rest
+        key = own, inner, outermost, rest, widths.get(k)
         if key not in known:
-            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest)
+            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest, widths.get(k))
         out.append(
             Road(
                 id=ids.connecting(k),
@@ -205,18 +212,24 @@ def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
 
 
 def _lanes_through(
-    own: int, across: tuple[InnerLane, ...], length: float, speed: float | None, access: Access
+    own: int,
+    across: tuple[InnerLane, ...],
+    length: float,
+    speed: float | None,
+    access: Access,
+    widths: tuple[Cubic, ...] | None,
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for.
 
-    `speed` (m/s) is the limit of its lanes for vehicles; `access` is that of the lane that it is for.
+    `speed` (m/s) is the limit of its lanes for vehicles; `access` and `widths` are those of the lane that it
+    is for; without the latter its width is blended.
     """
     side = 1 if own > 0 else -1
     lanes = [
         Lane(
             side * number,
             item.type,
-            (_blend(length, item.entry_width, item.exit_width),),
+            widths or (_blend(length, item.entry_width, item.exit_width),),
             item.entry_lane,
             item.exit_lane,
             NO_MARK,
@@ -262,7 +275,7 @@ def _blend(length: float, start: float, end: float) -> Cubic:
     return Cubic(0.0, start) if start == end else smooth_step(0.0, length, start, end)
 
 
-def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile:
+def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule, lines: CrossfallLines) -> CubicProfile:
     """Return the lane offsets that put a connecting road's lane around its reference line, or beside it."""
     n = len(connecting.length)
     side = -0.5 * np.sign(_own_lanes(connecting, rule))
@@ -274,7 +287,10 @@ def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicPro
     steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
     c, d = np.zeros(n), np.zeros(n)
     c[bent], d[bent] = [step.c for step in steps], [step.d for step in steps]
-    return CubicProfile(np.arange(n + 1), np.zeros(n), start, np.zeros(n), c, d)
+    usual = CubicProfile(np.arange(n + 1), np.zeros(n), start, np.zeros(n), c, d)
+    if not len(lines.row):
+        return usual
+    return lane_offsets_beside(lines, connecting, 2.0 * side, usual)
 
 
 # ---------------------------------------------------------------- junctions

@@ -14,6 +14,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
+from osm2xodr.geometry.crossfall_lines import CrossfallLines, find_crossfall_lines, floor_on, on_crossfall_lines
 from osm2xodr.geometry.heights import (
     ElevationOptions,
     Ground,
@@ -42,7 +43,7 @@ from osm2xodr.geometry.road_records import (
     road_records,
     with_floor,
 )
-from osm2xodr.model import Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
+from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, release_memory
 
 
@@ -88,6 +89,8 @@ def build_roads(
     # Sidewalks need no heights, nor do heights, lanes of carriageways and priorities need sidewalks.
     with Task(partial(lay_out_sides, network, plan), apart=jobs > 1) as beside:
         problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
+        carried, lines = find_crossfall_lines(problem, plan.connecting)
+        problem = replace(problem, carried=carried)
         solution = solve_profiles(problem, surface, found, elevation_options, ground() if ground else None)
         advance(0.75)
         known = Connectivity.of(network.connectivities)
@@ -102,19 +105,29 @@ def build_roads(
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    road_map = _road_map(network, plan, problem, solution, through, lanes, priorities, borders, diagnostics)
+    lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
+    carrying = on_crossfall_lines(through, lines)
+    road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, priorities, borders, diagnostics)
     if on_lanes is not None:
         on_lanes(road_map)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
     floor = lay_floor(through, network.rule, Faces.of(plan.parts, through))
-    road_map = with_floor(road_map, len(plan.parts.length), floor)
-    islands, left_out = raised_islands(
-        network.roadside, road_map, tuple(_islands(network, plan, through, floor.holes))
-    )
+    holes = tuple(_islands(network, plan, through, floor.holes))
+    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor))
+    islands, left_out = raised_islands(network.roadside, road_map, holes)
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)
     return replace(road_map, islands=islands)
+
+
+def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolArray:
+    """Return the junctions whose arms have a superelevation where they end, (J,)."""
+    out = np.zeros(len(problem.junction_xy), bool)
+    if solution.end_superelevation is not None:
+        junction = problem.end_junction.ravel()
+        out[junction[(junction >= 0) & (solution.end_superelevation.ravel() != 0.0)]] = True
+    return out
 
 
 def _islands(
@@ -171,12 +184,13 @@ def _road_map(
     problem: ProfileProblem,
     solution: ProfileSolution,
     through: ConnectingRoads,
+    lines: CrossfallLines,
     lanes: list[LaneLayout],
     priorities: Priorities,
     borders: Borders | None,
     diagnostics: Diagnostics,
 ) -> RoadMap:
-    """Put everything together but the floor of junctions; `through` are all roads through these."""
+    """Put everything together but the floor of junctions; `through` are all roads through these, some on `lines`."""
     parts, layout = plan.parts, plan.layout
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
@@ -187,14 +201,14 @@ def _road_map(
         rule=network.rule,
         roads=(
             *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule),
+            *connecting_road_records(through, parts, lanes, ids, network.rule, lines),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),
         elevation=stack_profiles(solution.elevation, elevation),
         superelevation=stack_profiles(solution.superelevation or level, superelevation),
         lane_offset=stack_profiles(
-            profile_of([item.offset for item in lanes]), connecting_lane_offsets(through, network.rule)
+            profile_of([item.offset for item in lanes]), connecting_lane_offsets(through, network.rule, lines)
         ),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,

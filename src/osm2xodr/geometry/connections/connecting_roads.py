@@ -73,7 +73,8 @@ class ConnectingRoads:
     # (n,) Whether the lane lies on the side of the reference line where oncoming traffic drives: it joins lanes for
     # both directions, whose ids say the other direction.
     against: BoolArray
-    # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 for cars' lanes
+    # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 for cars' lanes, but
+    # where crossfall runs through the junction (`crossfall_lines`)
     entry_aside: FloatArray
     exit_aside: FloatArray
     height: FloatArray  # (n,) Of the lane's surface above the road, m

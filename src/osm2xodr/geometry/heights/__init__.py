@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
 from osm2xodr.geometry.heights.crossings import curve_spans, levels_at
+from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
@@ -12,9 +13,11 @@ from osm2xodr.geometry.heights.problem import (
     Pins,
     ProfileProblem,
     ProfileSolution,
+    one_way_fast_ends,
     parse_grade_limits,
 )
 from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
+from osm2xodr.geometry.heights.records import either_profile, only_curves, spread_curves
 from osm2xodr.geometry.heights.report import tolerated_grade
 
 __all__ = [
@@ -27,10 +30,15 @@ __all__ = [
     "ProfileSolution",
     "connector_profiles",
     "curve_spans",
+    "either_profile",
+    "end_poses",
     "end_state",
     "ground_around",
     "levels_at",
+    "one_way_fast_ends",
+    "only_curves",
     "parse_grade_limits",
     "solve_profiles",
+    "spread_curves",
     "tolerated_grade",
 ]

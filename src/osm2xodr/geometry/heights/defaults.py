@@ -144,6 +144,9 @@ JUNCTION_EDGES_NEAR: Final = 1.5
 FAST_CROSS_SLOPE_MAX: Final = 0.025
 CROSS_SLOPE_MAX: Final = 0.06
 CROSS_STEP_MAX: Final = 0.10
+# How far the plane may be from the crossfall of carriageways that keep it at their junction. A choice: 0.5 cm over a
+# wide carriageway.
+CARRIED_CROSS_SLOPE_MAX: Final = 0.0005
 # Arms lie beside each other whose carriageways are at most so far apart, m, whose ends are at most so far apart along
 # them, m, and which run the same way out of the junction but for this angle, rad. Choices: as gores are.
 BESIDE_GAP: Final = 3.0
@@ -217,6 +220,9 @@ DESIGN_SPEED: Final = MappingProxyType(
 )
 CROSSFALL_WINDOW: Final = 80.0
 CROSSFALL_ROOM: Final = 200.0
+# Length over which roads of a level world come back to it from a junction whose arms lie on its crossfall, m. A
+# choice: what 6 m of offset and 2.5 % make is 0.2 %.
+LEVEL_AGAIN: Final = 100.0
 
 # ---------------------------------------------------------------- records
 

@@ -35,6 +35,8 @@ _GRADE_CAP: Final = 1.5
 _TILT_CAP: Final = 3.0
 _CROSS_SLOPE_CAP: Final = 6.0
 _NO_CAP: Final = np.inf
+# How much stiffer the limit across arms is where the plane is the surface of their carriageways.
+_CARRIED_STIFFER: Final = 1000.0
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
 _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -85,11 +87,16 @@ class Limits:
 
 
 def _within(
-    rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: float, ratio: float = _STIFFNESS_RATIO
+    rows: sp.csr_matrix,
+    bound: FloatArray,
+    stiffness: FloatArray,
+    cap: float,
+    ratio: float = _STIFFNESS_RATIO,
+    about: FloatArray | float = 0.0,
 ) -> Limits:
-    """Return own bounds on magnitudes; `cap` is the largest force in units of the stiffness (m,)."""
+    """Return own bounds on how far values are from `about`; `cap` is the largest force in units of the stiffness."""
     own, either = np.ones(len(bound), bool), np.full(len(bound), -1, np.int64)
-    return Limits(rows, -bound, bound, ratio * stiffness, cap * stiffness, own, either)
+    return Limits(rows, about - bound, about + bound, ratio * stiffness, cap * stiffness, own, either)
 
 
 def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limits]:
@@ -118,11 +125,13 @@ def limit_curvatures(network: Network, beams: Beams) -> Limits:
     return _within(rows, bound, (elements.h / beams.flexibility)[e], _NO_CAP)
 
 
-def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> list[Limits]:
+def limit_tilts(
+    network: Network, limit: FloatArray, density: FloatArray, superelevation: FloatArray | None = None
+) -> list[Limits]:
     """Return the limits on junctions' planes: tilt by class and firm, and the grade between neighbouring arms.
 
     `limit`, (R, 2), is the largest grade by class at each road's ends, `density`, (J,), the usual weight of the
-    observations per metre of road, 1/m³.
+    observations per metre of road, 1/m³. `superelevation`, (R, 2), rad, is that at their ends; 0 if left out.
     """
     problem, junctions = network.problem, network.unknowns.junctions
     columns = network.unknowns.to_knots.shape[1]
@@ -142,7 +151,8 @@ def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> lis
     j, rise = _neighbouring_arms(ends)
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), rise, columns)
     limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), stiffness[j], _NO_CAP))
-    return [*limits, *_limit_cross_slopes(ends, stiffness, columns)]
+    across = np.zeros(len(ends.junction)) if superelevation is None else np.tan(superelevation.ravel())
+    return [*limits, *_limit_cross_slopes(ends, stiffness, columns, across)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,23 +180,26 @@ def _look_at_ends(problem: ProfileProblem) -> _Ends:
     return _Ends(junction, *end_poses(problem), half, middle, fast_spans(problem)[span], *pairs)
 
 
-def _limit_cross_slopes(ends: _Ends, stiffness: FloatArray, columns: int) -> list[Limits]:
+def _limit_cross_slopes(ends: _Ends, stiffness: FloatArray, columns: int, slope: FloatArray) -> list[Limits]:
     """Return the limits on the tilt of junctions' planes across their arms: elastic, and firm between neighbours.
 
-    Roads are level across, so connecting roads have to twist by what the plane is tilted across them. Arms beside
-    each other come together as one carriageway, and neither can lie above the other.
+    Roads have a cross slope, (2 R,), where they end, as a rule 0, so connecting roads have to twist by what the plane
+    is tilted otherwise. Arms beside each other come together as one carriageway, and neither can lie above the other.
+    Where they keep their crossfall they are one surface, which the plane is.
     """
     arm = np.flatnonzero(ends.junction >= 0)
     across = np.column_stack([-np.sin(ends.hdg[arm]), np.cos(ends.hdg[arm])])
     bound = np.where(ends.fast[arm], defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
     bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(ends.half[arm], _SHORTEST_PATH))
-    j = ends.junction[arm]
+    j, slope = ends.junction[arm], slope[arm]
+    carried = slope != 0.0
+    bound = np.where(carried, np.minimum(bound, defaults.CARRIED_CROSS_SLOPE_MAX), bound)
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns)
     firm = _cross_slope_beside(ends)[arm]
     beside = np.flatnonzero(np.isfinite(firm))
     return [
-        _within(rows, bound, stiffness[j], _CROSS_SLOPE_CAP),
-        _within(rows[beside], firm[beside], stiffness[j[beside]], _NO_CAP),
+        _within(rows, bound, np.where(carried, _CARRIED_STIFFER, 1.0) * stiffness[j], _CROSS_SLOPE_CAP, about=slope),
+        _within(rows[beside], firm[beside], stiffness[j[beside]], _NO_CAP, about=slope[beside]),
     ]
 
 

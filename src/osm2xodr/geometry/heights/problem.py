@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import SUPERELEVATION
-from osm2xodr.curves import find_record
+from osm2xodr.curves import chosen_curves, find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
@@ -90,6 +90,7 @@ class ProfileProblem:
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
     pins: Pins | None = None  # Where profiles have knots, and are held
     connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do
+    carried: BoolArray | None = None  # (J,) Junctions through which crossfall may run on; none where not given
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +120,11 @@ class ProfileSolution:
     end_grade: FloatArray
     statistics: Mapping[str, float] = field(default_factory=dict)  # Figures about the solution, for reports
     report: ElevationReport | None = None  # The same, place by place; None on a level world
-    # R curves, rad, 0 with slope 0 at junctions; None where it was not asked for
+    # R curves, rad, with slope 0 at junctions; None where it was not asked for
     superelevation: CubicProfile | None = None
+    # (R, 2) Superelevation at each road's start and end, rad; None for 0. At a junction it is the same for all arms,
+    # seen along their traffic.
+    end_superelevation: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,6 +142,19 @@ class ConnectorProblem:
     half_width: FloatArray  # (C,) Half the width of the carriageway, m
     beside: BoolArray | None = None  # (C,) Those beside the carriageway, which follow its surface
 
+    def chosen(self, row: IntArray) -> ConnectorProblem:
+        """Return some of them."""
+        return ConnectorProblem(
+            chosen_curves(self.plan_view, row),
+            self.junction[row],
+            self.start_end[row],
+            self.end_end[row],
+            self.start_t[row],
+            self.end_t[row],
+            self.half_width[row],
+            None if self.beside is None else self.beside[row],
+        )
+
 
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
     """Return the index of the span that holds at s of roads, both (n,)."""
@@ -147,6 +164,14 @@ def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
 def fast_spans(problem: ProfileProblem) -> BoolArray:
     """Return which spans are of classes that are built for speed, (K,)."""
     return np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
+
+
+def one_way_fast_ends(problem: ProfileProblem) -> IntArray:
+    """Return 1 for ends, (2 R,), of fast roads whose traffic all runs along +s, -1 where it runs against, 0 else."""
+    span = end_spans(problem).ravel()
+    if problem.span_oneway is None:
+        return np.zeros(len(span), np.int64)
+    return np.where(fast_spans(problem)[span], problem.span_oneway[span], 0)
 
 
 def span_sides(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:

@@ -20,6 +20,7 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
+from osm2xodr.geometry.heights.level_world import level_solution
 from osm2xodr.geometry.heights.limits import (
     Limits,
     limit_clearances,
@@ -33,7 +34,7 @@ from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
-from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, level_profile, thin_records
+from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
 from osm2xodr.geometry.heights.report import (
     Outcome,
     element_grades,
@@ -108,20 +109,21 @@ def solve_profiles(
     samples = build_samples(problem, elements, spacing.samples)
     reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
     network = Network(problem, elements, samples, number_unknowns(problem, elements))
-    superelevation = road_superelevation(network, surface, options.superelevation, diagnostics)
+    superelevation, across = road_superelevation(network, surface, options.superelevation, diagnostics)
     heights = np.concatenate([reading.z, at_junctions.z])
     # An exact surface of one height.
     if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
         report_known_heights(problem, None, diagnostics)
         report_known_clearances(problem, None, diagnostics)
-        return replace(_level_solution(problem, heights), superelevation=superelevation)
+        level = level_solution(problem, float(heights[0]) if len(heights) else 0.0, across)
+        return replace(level, superelevation=superelevation)
 
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
     weight, floating = weigh_heights(network, reading)
     observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
-    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0])
+    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0], across)
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
@@ -138,7 +140,8 @@ def solve_profiles(
     solution = _write_records(network, outcome)
     eased = ease_lane_grades(problem, solution.elevation)
     profiles = [profile for profile in (superelevation, eased) if profile is not None]
-    return replace(solution, superelevation=reduce(either_profile, profiles) if profiles else None)
+    found = reduce(either_profile, profiles) if profiles else None
+    return replace(solution, superelevation=found, end_superelevation=across)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:
@@ -205,8 +208,10 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
 
 
-def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits, Limits]:
-    """Return all limits over N unknowns.
+def _collect_limits(
+    model: _Model, surface: Surface, unknowns: int, across: FloatArray
+) -> tuple[Limits, Limits, Limits]:
+    """Return all limits over N unknowns; `across`, (R, 2), rad, is the superelevation at ends of roads.
 
     By themselves as well: those on the heights of upper roads above lower ones, and those that hold known heights.
     """
@@ -217,7 +222,7 @@ def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Lim
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
         limit_curvatures(network, model.beams),
-        *limit_tilts(network, limit[end_spans(network.problem)], density),
+        *limit_tilts(network, limit[end_spans(network.problem)], density, across),
         clearances,
         limit_meetings(network, model.meets, model.beams),
         known,
@@ -263,11 +268,3 @@ def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
     tables = tabulate(network, outcome)
     figures = statistics(elements, outcome, tables)
     return ProfileSolution(elevation, outcome.planes, z[end], grade[end], figures, tables)
-
-
-def _level_solution(problem: ProfileProblem, heights: FloatArray) -> ProfileSolution:
-    """Return the solution on an exactly level surface with these heights, (n,), m."""
-    z = float(heights[0]) if len(heights) else 0.0
-    roads = len(problem.end_junction)
-    planes = np.tile([z, 0.0, 0.0], (len(problem.junction_xy), 1))
-    return ProfileSolution(level_profile(np.full(roads, z)), planes, np.full((roads, 2), z), np.zeros((roads, 2)))

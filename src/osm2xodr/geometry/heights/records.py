@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -156,6 +156,13 @@ def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:
     keep = np.repeat(wanted, np.diff(profile.start))
     start = np.r_[0, np.cumsum(keep)][profile.start].astype(np.int64)
     return CubicProfile(start, profile.s[keep], profile.a[keep], profile.b[keep], profile.c[keep], profile.d[keep])
+
+
+def spread_curves(profile: CubicProfile, row: IntArray, curves: int) -> CubicProfile:
+    """Return so many curves, of which those of ascending rows are the profile's; others have no records."""
+    count = np.zeros(curves, np.int64)
+    count[row] = np.diff(profile.start)
+    return replace(profile, start=np.concatenate([[0], np.cumsum(count)]).astype(np.int64))
 
 
 def either_profile(first: CubicProfile, second: CubicProfile) -> CubicProfile:

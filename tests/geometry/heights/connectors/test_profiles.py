@@ -303,13 +303,13 @@ def test_superelevation_is_held_between_ramps() -> None:
     along = _sample(connect(found, [line(found, 1, 4, 0.0, 0.0)]).connectors)
     s, length = along.s, float(along.length[0])
     step = np.where(np.abs(s - 0.5 * length) < 2.6, 0.2, 0.0)
-    held = _limit_twist(along, step, np.array([0.01]))
+    held = _limit_twist(along, step, np.array([0.01]), np.zeros((2, 1)))
     assert np.abs(np.diff(held) / np.diff(s)).max() <= 0.01 + 1e-12
     assert held[[0, -1]].tolist() == [0.0, 0.0]
     assert held.max() == pytest.approx(0.1, abs=0.02)
     gentle = 0.004 * np.minimum(s, length - s)
-    assert _limit_twist(along, gentle, np.array([0.01])) == pytest.approx(gentle, abs=1e-12)
-    assert _limit_twist(along, -gentle, np.array([0.01])) == pytest.approx(-gentle, abs=1e-12)
+    assert _limit_twist(along, gentle, np.array([0.01]), np.zeros((2, 1))) == pytest.approx(gentle, abs=1e-12)
+    assert _limit_twist(along, -gentle, np.array([0.01]), np.zeros((2, 1))) == pytest.approx(-gentle, abs=1e-12)
 
 
 def test_what_is_left_at_an_end_does_not_reach_far() -> None:

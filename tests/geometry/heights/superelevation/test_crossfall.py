@@ -139,3 +139,47 @@ def test_corners_of_the_line_are_smoothed_away() -> None:
     found = Solved(problem, solve_profiles(problem, FLAT, Diagnostics(), ElevationOptions()))
     inside = np.linspace(100.0, 540.0, 45)
     assert left_rise(found, inside) == pytest.approx(np.full(45, -0.06 * 949.4 / 2000.0), abs=0.003)
+
+
+def parted(carried: bool, ground: Ground) -> Solved:
+    """Solve for a motorway that goes on behind a junction, and a ramp that leaves it there 5 m to its right."""
+    roads = [
+        straight((-600.0, 0.0), (0.0, 0.0), highway="motorway", oneway=1, end=0),
+        straight((30.0, 0.0), (600.0, 0.0), highway="motorway", oneway=1, start=0),
+        # It is driven against its line.
+        straight((400.0, -45.0), (30.0, -5.0), highway="motorway_link", oneway=-1, end=0),
+    ]
+    problem = replace(make_problem(roads, [(0.0, 0.0)]), carried=np.array([carried]))
+    diagnostics = Diagnostics()
+    return Solved(problem, solve_profiles(problem, ground, diagnostics, ElevationOptions()), diagnostics)
+
+
+@pytest.mark.parametrize("ground", [FLAT, COARSE])
+def test_it_runs_through_where_carriageways_part(ground: Ground) -> None:
+    """All arms have it, seen along their traffic, and the plane through their lines falls as they do."""
+    found = parted(True, ground)
+    across = found.solution.end_superelevation
+    assert across is not None
+    assert np.tan([across[0, 1], across[1, 0], -across[2, 1]]) == pytest.approx(np.full(3, 0.025), abs=2e-4)
+    assert left_rise(found, np.array([600.0]))[0] == pytest.approx(0.025, abs=2e-4)
+    assert found.solution.junction_plane[0, 2] == pytest.approx(0.025, abs=0.002)
+    # The ramp's line begins on the carriageway's surface, 5 m aside.
+    z = found.solution.end_z
+    assert z[1, 0] - z[2, 1] == pytest.approx(5 * 0.025, abs=0.01)
+
+
+@pytest.mark.parametrize("ground", [FLAT, COARSE])
+def test_it_ends_before_other_junctions(ground: Ground) -> None:
+    across = parted(False, ground).solution.end_superelevation
+    assert across is not None
+    assert across[[0, 1, 2], [1, 0, 1]].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_short_ramps_between_junctions_need_no_room() -> None:
+    """A ramp of 150 m has room to run off at one end, but not at both."""
+    for level_ends, wanted in ((0, 0.025), (1, 0.025), (2, 0.0)):
+        road = straight((0.0, 0.0), (150.0, 0.0), highway="motorway_link", oneway=1, start=0, end=1)
+        carried = np.array([level_ends < 2, level_ends < 1])
+        problem = replace(make_problem([road], [(0.0, 0.0), (150.0, 0.0)]), carried=carried)
+        found = Solved(problem, solve_profiles(problem, FLAT, Diagnostics(), ElevationOptions()))
+        assert left_rise(found, np.array([20.0]))[0] == pytest.approx(wanted, abs=0.002)

@@ -1,7 +1,7 @@
 """Heights and superelevation of connecting roads: their junction's surface along them, in few records.
 
-Height and grade at both ends are those of the roads that are touched, exactly. Superelevation is 0 there, as roads
-are level across, and changes no faster than a car can follow. Formulas: docs/method/heights.md.
+Height, grade and superelevation at both ends are those of the roads that are touched, exactly; most of these are
+level across. Superelevation changes no faster than a car can follow. Formulas: docs/method/heights.md.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from osm2xodr.geometry.heights.connectors.easing import ease_profiles, largest_a
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
-from osm2xodr.geometry.heights.records import level_profile, only_curves
+from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
 from osm2xodr.geometry.heights.speeds import fastest_around, span_speeds
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
@@ -73,12 +73,26 @@ def connector_profiles(
 ) -> tuple[CubicProfile, CubicProfile]:
     """Return elevation and superelevation of connecting roads.
 
-    Height and grade at both ends are those of the roads that are touched. The superelevation is 0 with slope 0 at
-    both ends and follows the cross slope of the junction's surface in between. Roads that stay almost level across
-    have no superelevation. `solution` has the heights of the roads of `problem`.
+    Height, grade and superelevation at both ends are those of the roads that are touched. The superelevation has
+    slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
+    level across have none. `solution` has the heights of the roads of `problem`.
     """
-    if not solution.end_grade.any() and not solution.junction_plane[:, 1:].any():
-        return _level_profiles(connectors, solution)
+    uneven = solution.junction_plane[:, 1:].any(axis=1)[connectors.junction]
+    level = _level_profiles(connectors, solution)
+    if not uneven.any():
+        return level
+    if uneven.all():
+        return _uneven_profiles(problem, connectors, solution)
+    row = np.flatnonzero(uneven)
+    own = _uneven_profiles(problem, connectors.chosen(row), solution)
+    elevation, superelevation = (spread_curves(profile, row, len(uneven)) for profile in own)
+    return either_profile(elevation, level[0]), superelevation
+
+
+def _uneven_profiles(
+    problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution
+) -> tuple[CubicProfile, CubicProfile]:
+    """Return the profiles of connecting roads on surfaces that are not level."""
     along = _sample(connectors)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
     junction = connectors.junction[along.curve]
@@ -86,7 +100,7 @@ def connector_profiles(
     z, gx, gy = surface_heights(surfaces, junction, x, y)
     cos, sin = np.cos(hdg), np.sin(hdg)
     elevation = _fit_elevation(along, problem, connectors, solution, z, gx * cos + gy * sin)
-    return elevation, _fit_superelevation(along, problem, connectors, gy * cos - gx * sin)
+    return elevation, _fit_superelevation(along, problem, connectors, solution, gy * cos - gx * sin)
 
 
 def _level_profiles(connectors: ConnectorProblem, solution: ProfileSolution) -> tuple[CubicProfile, CubicProfile]:
@@ -187,22 +201,55 @@ def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, gra
 
 
 def _fit_superelevation(
-    along: _Along, problem: ProfileProblem, connectors: ConnectorProblem, cross: FloatArray
+    along: _Along,
+    problem: ProfileProblem,
+    connectors: ConnectorProblem,
+    solution: ProfileSolution,
+    cross: FloatArray,
 ) -> CubicProfile:
     """Return the superelevation of connecting roads from the cross slope of the surface along them, (n,)."""
     first, last = along.start[:-1], along.start[1:] - 1
     zero = np.zeros(len(along.length))
+    ends = _end_superelevation(solution, connectors)
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
-    cross = cross + along.blend(reach, (-cross[first], zero, -cross[last], zero))[0]
-    cross[first] = cross[last] = 0.0
-    superelevation = _limit_twist(along, np.arctan(cross), _largest_twist(problem, connectors))
+    begin, end = np.tan(ends)
+    cross = cross + along.blend(reach, (begin - cross[first], zero, end - cross[last], zero))[0]
+    cross[first], cross[last] = begin, end
+    superelevation = _limit_twist(along, np.arctan(cross), _largest_twist(problem, connectors), ends)
+    superelevation[first], superelevation[last] = ends
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
-    tilted = _largest(along.start, np.abs(superelevation)) > tolerance
+    tilted = (_largest(along.start, np.abs(superelevation)) > tolerance) | ends.any(axis=0)
     twist = _differences(along, superelevation)
+    twist[first], twist[last] = _end_twist(connectors, solution, ends)
     records = fit_records(
         along.start, along.length, superelevation, twist, tolerance, defaults.CONNECTOR_TWIST_TOLERANCE
     )
     return only_curves(records, tilted)
+
+
+def _end_superelevation(solution: ProfileSolution, connectors: ConnectorProblem) -> FloatArray:
+    """Return the superelevation at the start and at the end of connecting roads, seen along them, (2, C), rad."""
+    if solution.end_superelevation is None:
+        return np.zeros((2, len(connectors.junction)))
+    of_end = solution.end_superelevation.ravel()
+    begin, end = of_end[connectors.start_end], of_end[connectors.end_end]
+    return np.stack(
+        [np.where(connectors.start_end % 2 == 1, begin, -begin), np.where(connectors.end_end % 2 == 0, end, -end)]
+    )
+
+
+def _end_twist(connectors: ConnectorProblem, solution: ProfileSolution, ends: FloatArray) -> FloatArray:
+    """Return the slope of the superelevation, `ends` (2, C), at both ends of connecting roads, (2, C), rad/m.
+
+    Where they keep the crossfall of their arms their lanes lie beside them: with a bend that begins at once, of
+    curvature k, a lane at t keeps its grade z' = (z' + t χ') / (1 - k t) with χ' = -k z'.
+    """
+    plan = connectors.plan_view
+    bend = np.stack([plan.curvature[plan.start[:-1]], end_curvature(plan, plan.start[1:] - 1)])
+    grade = np.stack(
+        [end_state(solution, connectors.start_end, True)[1], end_state(solution, connectors.end_end, False)[1]]
+    )
+    return np.where(ends != 0.0, -bend * grade, 0.0)
 
 
 def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
@@ -212,8 +259,8 @@ def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> Flo
     return np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
 
 
-def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray) -> FloatArray:
-    """Return superelevation, rad, (n,), that changes by at most `largest`, rad/m, (C,), and is 0 at both ends.
+def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return superelevation, rad, (n,), that changes by at most `largest`, rad/m, (C,), and is `ends` (2, C) there.
 
     Half-way between the largest such function below the values and the least above them.
     """
@@ -228,8 +275,9 @@ def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray) -> Float
         low = np.minimum.accumulate((low + ramp)[:, ::-1], axis=1)[:, ::-1] - ramp
         high = np.maximum.accumulate(high + ramp, axis=1) - ramp
         high = np.maximum.accumulate((high - ramp)[:, ::-1], axis=1)[:, ::-1] + ramp
-        end = np.minimum(ramp, ramp[:, -1:] - ramp)
-        out[at] = np.clip(0.5 * (low + high), -end, end)
+        rest, (begin, end) = ramp[:, -1:] - ramp, ends[:, group, None]
+        least, most = np.maximum(begin - ramp, end - rest), np.minimum(begin + ramp, end + rest)
+        out[at] = np.clip(0.5 * (low + high), least, most)
     return out
 
 

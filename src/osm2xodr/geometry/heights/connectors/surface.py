@@ -1,9 +1,9 @@
 """Surfaces of junctions: one smooth surface each, that all connecting roads of the junction are cut from.
 
-Roads are level across. Where one ends at a junction whose plane is tilted across it, the plane alone would leave a
-step at every lane that does not lie on the reference line. The surface is therefore the plane plus the smoothest
-function that is level across at the end of each arm and has the arm's own grade along it: Hermite interpolation by
-radial functions r³ (Duchon 1977; Wendland 2005), which may pass by what is given by a little. Two connecting roads
+Most roads are level across. Where one ends at a junction whose plane is tilted across it, the plane alone would leave
+a step at every lane that does not lie on the reference line. The surface is therefore the plane plus the smoothest
+function that has the arm's own cross slope at the end of each arm and its own grade along it: Hermite interpolation
+by radial functions r³ (Duchon 1977; Wendland 2005), which may pass by what is given by a little. Two connecting roads
 that cross have one height there, because both take it from the same surface. Formulas: docs/method/heights.md.
 """
 
@@ -47,7 +47,7 @@ class _Arms:
     # (A,) The stretch of t that connecting roads touch, m
     low: FloatArray
     high: FloatArray
-    tilt: FloatArray  # (A,) The plane's rise per metre of t
+    tilt: FloatArray  # (A,) The plane's rise per metre of t, less the road's
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,12 +76,14 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     for end, t in ((connectors.start_end, connectors.start_t), (connectors.end_end, connectors.end_t)):
         np.minimum.at(low, end[driven], t[driven] - half_width)
         np.maximum.at(high, end[driven], t[driven] + half_width)
-    used = np.flatnonzero(junction >= 0)
+    used = np.flatnonzero(np.isin(junction, connectors.junction))
     order = used[np.argsort(junction[used], kind="stable")]
     start = np.searchsorted(junction[order], np.arange(len(problem.junction_xy) + 1)).astype(np.int64)
     x, y, hdg = (value[order] for value in end_poses(problem))
     plane = solution.junction_plane[junction[order]]
     tilt = -np.sin(hdg) * plane[:, 1] + np.cos(hdg) * plane[:, 2]
+    if solution.end_superelevation is not None:
+        tilt = tilt - np.tan(solution.end_superelevation.ravel()[order])
     low, high = np.minimum(low[order], -_NARROWEST), np.maximum(high[order], _NARROWEST)
     return _Arms(start, x, y, hdg, low, high, tilt)
 
@@ -89,7 +91,9 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
 def junction_surfaces(
     problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution
 ) -> JunctionSurfaces:
-    """Return the smoothest surfaces that are level across at all arms and keep the plane's grade along them.
+    """Return the smoothest surfaces that slope across as each arm does and keep the plane's grade along it.
+
+    Those of junctions without a connecting road are the planes alone.
 
     Parameters
     ----------

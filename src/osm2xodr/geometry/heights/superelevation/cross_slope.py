@@ -4,7 +4,8 @@ Motorways lean into their bends and drain to one side. Elevation models of a met
 coarser ones show the ground beside it. Readings across the road are noisy (vehicles, barriers, kerbs, a line that is
 off), and what is designed changes at once, so a beam on an elastic foundation is laid through both, as through the
 heights along roads. It is level where roads end at junctions, whose own surface takes over there, and where they are
-cut at the border of an area, and continuous where roads touch.
+cut at the border of an area, and continuous where roads touch. Where carriageways only part or join, it runs on
+through the junction: all arms have the same there.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
-from osm2xodr.geometry.heights.problem import fast_spans
+from osm2xodr.geometry.heights.problem import ProfileProblem, fast_spans, one_way_fast_ends
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.geometry.heights.superelevation.crossfall import designed_crossfall
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
@@ -37,16 +38,17 @@ _NO_READING: Final = 1e-6
 
 def road_superelevation(
     network: Network, surface: Surface, choice: str, diagnostics: Diagnostics
-) -> CubicProfile | None:
+) -> tuple[CubicProfile | None, FloatArray]:
     """Find the superelevation of motorways and trunk roads.
 
-    Returns R curves, rad, continuous in value and slope along every road and across every link, and 0 with slope 0 at
-    junctions; a road without superelevation has no records. None where `choice`, one of `SUPERELEVATION`, is to
-    have none. The diagnostics receive a note if an elevation model alone is asked, and shows none, and a guess for
-    each way that falls as it would be designed.
+    Returns R curves, rad, continuous in value and slope along every road and across every link, with slope 0 at
+    junctions, and their values at both ends, (R, 2): 0 at junctions, but where these are `carried`, and there the
+    same for all arms, seen along their traffic. A road without superelevation has no records. No curves where
+    `choice`, one of `SUPERELEVATION`, is to have none. The diagnostics receive a note if an elevation model alone is
+    asked, and shows none, and a guess for each way that falls as it would be designed.
     """
     if choice == NO_SUPERELEVATION:
-        return None
+        return None, np.zeros(network.problem.end_junction.shape)
     problem, elements, samples = network.problem, network.elements, network.samples
     fast = fast_spans(problem)[elements.span]
     slope = np.full(len(samples.s), np.nan) if choice == MEASURED else designed_crossfall(network)
@@ -80,7 +82,7 @@ def road_superelevation(
     banked = tilted[elements.road[samples.element]] & designed & (slope != 0.0)
     for way in np.unique(problem.span_way[elements.span[samples.element[banked]]]).tolist():
         diagnostics.guessed("crossfall", f"way/{way}", "its crossfall is that of roads of its class and speed")
-    return only_curves(records, tilted)
+    return only_curves(records, tilted), value[elements.end_knots]
 
 
 def _cut_elements(network: Network) -> IntArray:
@@ -127,7 +129,8 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     free[elements.knot[~warranted]] = free[elements.knot[~warranted] + 1] = False
     end = elements.end_knots.ravel()
     junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
-    free[end[junction >= 0]] = False
+    carried, first = _carried_ends(problem, free[end])
+    free[end[(junction >= 0) & ~carried]] = False
     linked = np.flatnonzero((junction < 0) & (link >= 0))
     free[end[linked]] &= free[end[link[linked]]]
     owner, sign = np.arange(len(free)), np.ones(len(free))
@@ -135,12 +138,33 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     owner[end[second]] = end[link[second]]
     # Where two starts or two ends touch, left of one is right of the other: value changes its sign, slope does not.
     sign[end[second]] = np.where((second - link[second]) % 2 == 0, -1.0, 1.0)
+    # Seen along the traffic, all arms of a junction have one value, and slope 0.
+    traffic = one_way_fast_ends(problem)
+    owner[end[carried]], sign[end[carried]] = end[first], traffic[first] * traffic[carried]
+    turns = np.ones(len(free))
+    turns[end[carried]] = 0.0
     own = free & (owner == np.arange(len(free)))
     number = np.cumsum(own) - 1
     k = np.flatnonzero(free)
     rows, cols = (np.concatenate([2 * index, 2 * index + 1]) for index in (k, number[owner[k]]))
-    values = np.concatenate([sign[k], np.ones(len(k))])
+    values = np.concatenate([sign[k], turns[k]])
     return sp.coo_matrix((values, (rows, cols)), (2 * len(free), 2 * int(own.sum()))).tocsr()
+
+
+def _carried_ends(problem: ProfileProblem, free: BoolArray) -> tuple[BoolArray, IntArray]:
+    """Return which road ends, (2 R,), keep their crossfall at a junction, and for each of these its first such end.
+
+    `free` (2 R,) are the ends that may have a crossfall: a junction has none unless all of its arms may.
+    """
+    junction = problem.end_junction.ravel()
+    if problem.carried is None or not problem.carried.any():
+        return np.zeros(len(junction), bool), np.zeros(0, np.int64)
+    kept = problem.carried.copy()
+    kept[junction[(junction >= 0) & ~free]] = False
+    carried: BoolArray = (junction >= 0) & kept[junction]
+    ends = np.flatnonzero(carried)
+    _, at, number = np.unique(junction[ends], return_index=True, return_inverse=True)
+    return carried, ends[at[number]]
 
 
 def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr_matrix) -> FloatArray:

@@ -59,20 +59,39 @@ def _designed_spans(problem: ProfileProblem) -> BoolArray:
     fast = fast_spans(problem)
     if not fast.any():
         return fast
-    return fast & (_length_between_junctions(problem)[span_roads(problem)] >= defaults.CROSSFALL_ROOM)
+    return fast & _roads_with_room(problem)[span_roads(problem)]
 
 
-def _length_between_junctions(problem: ProfileProblem) -> FloatArray:
-    """Return how long the roads that continue one another are together, for each of them, (R,), m."""
+def _roads_with_room(problem: ProfileProblem) -> BoolArray:
+    """Return which roads, (R,), with those that continue them, are long enough to run off at each level end.
+
+    Ends are level at junctions that no crossfall runs through: where one of its arms has no room, none does.
+    """
+    junction = problem.end_junction
+    carried = np.zeros(len(problem.junction_xy), bool) if problem.carried is None else problem.carried.copy()
+    chain = _chains(problem)
+    total = np.bincount(chain, lengths(problem.plan_view))[chain]
+    ends = (junction >= 0) | (problem.end_link < 0)
+    while True:
+        level = ends & ~((junction >= 0) & carried[junction]) if len(carried) else ends
+        wanted = 0.5 * defaults.CROSSFALL_ROOM * np.bincount(chain, level.sum(axis=1))[chain]
+        room: BoolArray = total >= wanted
+        lost = junction[~room]
+        lost = lost[lost >= 0]
+        if not carried[lost].any():
+            return room
+        carried[lost] = False
+
+
+def _chains(problem: ProfileProblem) -> IntArray:
+    """Return the number of the chain of roads that continue one another that each road belongs to, (R,)."""
     link = np.where(problem.end_junction < 0, problem.end_link, -1)
     road, end = np.nonzero(link >= 0)
     count = len(link)
     # Older versions of SciPy want these integers.
     pairs = road.astype(np.int32), (link[road, end] // 2).astype(np.int32)
     graph = sp.coo_array((np.ones(len(road), np.int8), pairs), shape=(count, count))
-    label = connected_components(graph, directed=False)[1]
-    total = np.bincount(label, lengths(problem.plan_view), minlength=count)
-    return np.asarray(total[label], np.float64)
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
 def _mean_curvature(network: Network, row: IntArray) -> FloatArray:
