@@ -152,6 +152,15 @@ def test_heights_of_surface_models_have_thresholds_of_their_own() -> None:
         assert block.floor.tolist() == [1e-3] * 10
 
 
+def test_estimated_ground_loses_weight_later() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), start=0)], [(-5.0, 0.0)])
+    ground = reading(10, cell=30.0)
+    estimated = replace(ground, log_relief=np.where(np.arange(10) < 4, -3.0, np.nan))
+    block = observe_ground(network, estimated, np.ones(10), 0.0)
+    assert block.above.tolist() == block.below.tolist() == [6.0] * 4 + [3.0] * 6
+    assert observe_junctions(network, estimated.part(slice(1)), 0.0).above.tolist() == [6.0]
+
+
 def test_pins_never_lose_weight() -> None:
     network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
     pins = Pins(np.array([0, 0]), np.array([30.0, 60.0]), np.array([5.0, np.nan]), np.array([0.02, np.nan]))

@@ -161,6 +161,21 @@ def test_rough_hills_are_followed_closer_than_by_draping(seed: int) -> None:
     assert ratio < 0.95
 
 
+def test_dead_ends_on_steep_hills_keep_to_their_ground() -> None:
+    # A hill of which the street that the dead end leaves shows nothing: it climbs at once, bends over and is level.
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(30.0 / (1.0 + np.exp(-(np.asarray(y) - 30.0) / 15.0)))
+
+    roads = [
+        straight((-200.0, 0.0), (-5.0, 0.0), end=0),
+        straight((5.0, 0.0), (200.0, 0.0), start=0),
+        straight((0.0, 5.0), (0.0, 90.0), start=0),
+    ]
+    found = solve(roads, Ground(height, cell_size=30.0, sigma=2.0), junctions=[(0.0, 0.0)])
+    _, x, y, z = found.along(2)
+    assert np.abs(z - height(x, y))[-1] < 6.0
+
+
 def assert_smooth(problem: object, solution: object) -> None:
     """Assert that height and grade are continuous in every road, across links and on junctions' planes."""
     from osm2xodr.geometry.heights import ProfileProblem, ProfileSolution

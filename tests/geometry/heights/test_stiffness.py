@@ -87,6 +87,19 @@ def test_junctions_tend_to_be_level() -> None:
     assert matrix[2, :3] == pytest.approx([0.0, 0.0, 1.0 / 0.3**2])
 
 
+def test_leveling_pulls_roads_on_the_ground_alone() -> None:
+    problem = make_problem([straight((0.0, 0.0), (80.0, 0.0), spans=[(0.0, 0, 0), (50.0, 1, 1)])])
+    elements = build_elements(problem, 50.0)
+    samples = build_samples(problem, elements, np.array([10.0]))
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    found, to_knots = find_chains(problem, elements), network.unknowns.to_knots.toarray()
+    flexibility, slope = np.full(2, 5e-5), np.linalg.inv(to_knots) @ [0.0, 0.1, 5.0, 0.1, 8.0, 0.1]
+    plain, leveled = (network_stiffness(network, found, flexibility, tau).toarray() for tau in (0.0, 4.0))
+    slope = np.r_[slope, np.zeros(len(plain) - len(slope))]
+    # A tension of 4 1/m times the square of a grade of 10 % over 50 m.
+    assert slope @ (leveled - plain) @ slope == pytest.approx(4.0 * 0.1**2 * 50.0)
+
+
 def test_stiffness_of_beams_on_an_elastic_foundation() -> None:
     # Integrated numerically: a hinged end that is turned by 1, and a long beam that is lifted by 1 m.
     w, q = 0.05, 5e-5

@@ -76,7 +76,7 @@ def _block(
     value: FloatArray,
     weight: FloatArray,
     sigma: FloatArray,
-    scale: float = defaults.ROBUST_SCALE,
+    scale: FloatArray | float = defaults.ROBUST_SCALE,
     canopy: BoolArray | None = None,
 ) -> Observations:
     """Return observations of one kind; `scale` is that of the robust loss where canopy is out of the question."""
@@ -157,7 +157,14 @@ def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray,
 def observe_ground(network: Network, reading: Reading, weight: FloatArray, mean: float) -> Observations:
     """Observe the ground's heights, less the mean, m, at the samples, which have these weights, 1/m²."""
     rows = network.in_unknowns(network.knot_rows(network.samples.element, network.samples.u, hermite))
-    return _block(Kind.ROAD_HEIGHT, rows, reading.z - mean, weight, reading.sigma, canopy=reading.covered)
+    scale = _ground_scale(reading)
+    return _block(Kind.ROAD_HEIGHT, rows, reading.z - mean, weight, reading.sigma, scale, reading.covered)
+
+
+def _ground_scale(reading: Reading) -> FloatArray:
+    """Return the scale of the robust loss for the ground's heights, (n,), in standard errors."""
+    estimated = np.isfinite(reading.log_relief)
+    return np.where(estimated, defaults.ROBUST_SCALE_ESTIMATED, defaults.ROBUST_SCALE)
 
 
 def observe_junctions(network: Network, reading: Reading, mean: float) -> Observations:
@@ -169,7 +176,8 @@ def observe_junctions(network: Network, reading: Reading, mean: float) -> Observ
     columns = 3 * np.arange(n, dtype=np.int64)[:, None]
     rows = rows_matrix(columns, np.ones((n, 1)), network.unknowns.to_knots.shape[1])
     weight = defaults.JUNCTION_LENGTH * reading.density * _ground_at_junctions(network)
-    return _block(Kind.JUNCTION_HEIGHT, rows, reading.z - mean, weight, reading.sigma, canopy=reading.covered)
+    scale = _ground_scale(reading)
+    return _block(Kind.JUNCTION_HEIGHT, rows, reading.z - mean, weight, reading.sigma, scale, reading.covered)
 
 
 def _ground_at_junctions(network: Network) -> FloatArray:

@@ -160,12 +160,13 @@ class _Model:
     grade_limit: FloatArray  # (K,) Limit of each span's class, rise per metre
     beams: Beams
     chains: Chains
+    leveling: FloatArray  # (E,) Tension toward level of elements on the ground, 1/m
     crossings: Crossings
     meets: Crossings  # Where carriageways of two layers cross beside a node that they share
 
     def stiffness(self, flexibility: FloatArray) -> sp.csr_matrix:
         """Return the stiffness (N, N) of the network with a flexibility (E,), 1/m."""
-        return network_stiffness(self.network, self.chains, flexibility)
+        return network_stiffness(self.network, self.chains, flexibility, self.leveling)
 
 
 def _build_model(
@@ -174,7 +175,9 @@ def _build_model(
     """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
-    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
+    relief, estimated = _relief_factor(network, reading)
+    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * relief
+    leveling = np.where(estimated, 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
     chains = find_chains(problem, elements)
     flexibility = flexibility * defaults.LOWER_DECK_FLEXIBILITY ** bridges_above(network, chains, crossings)
@@ -186,13 +189,17 @@ def _build_model(
         grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
         chains=chains,
+        leveling=leveling,
         crossings=crossings,
         meets=meets,
     )
 
 
-def _relief_factor(network: Network, reading: Reading) -> FloatArray:
-    """Return the factor on the flexibility of each element, (E,), that the relief around it calls for, 1 at least."""
+def _relief_factor(network: Network, reading: Reading) -> tuple[FloatArray, BoolArray]:
+    """Return the factor on the flexibility of each element that the relief around it calls for, 1 at least, (E,).
+
+    And where the ground was estimated from coarse cells at all.
+    """
     samples, elements = network.samples, len(network.elements.h)
     known = np.isfinite(reading.log_relief)
     at = samples.element[known]
@@ -200,7 +207,7 @@ def _relief_factor(network: Network, reading: Reading) -> FloatArray:
     log_a = np.bincount(at, reading.log_relief[known], elements) / np.maximum(count, 1)
     log_quotient = log_a + np.log(defaults.RELIEF_WAVE / 4.0 / defaults.ROAD_FLEXIBILITY)
     factor = np.exp(defaults.RELIEF_SHARE * np.maximum(log_quotient, 0.0))
-    return np.where(count > 0, factor, 1.0)
+    return np.where(count > 0, factor, 1.0), np.asarray(count > 0)
 
 
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:

@@ -148,14 +148,17 @@ def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, Flo
     return chain, sign
 
 
-def network_stiffness(network: Network, chains: Chains, flexibility: FloatArray) -> sp.csr_matrix:
+def network_stiffness(
+    network: Network, chains: Chains, flexibility: FloatArray, leveling: FloatArray | float = 0.0
+) -> sp.csr_matrix:
     """Return the quadratic part of the objective that no observation has; the chains' mean grades come last.
 
-    `flexibility` is q of each element, (E,), 1/m.
+    `flexibility` is q of each element, (E,), 1/m, and `leveling`, (E,), 1/m, the tension toward level of those on the
+    ground.
     """
     elements, unknowns = network.elements, network.unknowns
     taut = 1.0 / (defaults.ROAD_FLEXIBILITY * defaults.STRUCTURE_TENSION_LENGTH**2)
-    tension = np.where(elements.structure != Structure.GROUND, taut, 0.0)
+    tension = np.where(elements.structure != Structure.GROUND, taut, leveling)
     matrices = bending_matrices(elements.h) / flexibility[:, None, None]
     matrices = matrices + tension_matrices(elements.h) * tension[:, None, None]
     p = unknowns.to_knots
