@@ -71,6 +71,10 @@ FULL_WIDTH_SHARE: Final = 0.25
 # longer ones are smooth steps. Choices: a smooth step of 7.5 is 1 in 5 where it is steepest.
 SMOOTH_TAPER: Final = 7.5
 ROUND_END: Final = 0.15
+# Where a road is too short for that, the ends are as short as it takes for widths to change no faster than this, but
+# no shorter than this share. Choices: 1 in 5, as above.
+STEEPEST_WIDTH: Final = 0.2
+SHORTEST_ROUND_END: Final = 0.05
 # How fast the sideways acceleration of a car changes, m/s3, in lanes that shift to the side where there is room:
 # AASHTO 2018, 3.3.8 has 0.3 to 0.9 for transition curves.
 SHIFT_JERK: Final = 0.5

@@ -228,6 +228,15 @@ def test_a_taper_without_room_for_a_smooth_step_is_a_line_with_round_ends() -> N
         assert width_at(found.offset, s) + sum(across) / 2 == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("taper", "share"), [(16.5, 1 - 3.0 / (0.2 * 16.5)), (12.0, 0.05)])
+def test_a_taper_with_still_less_room_has_shorter_round_ends(taper: float, share: float) -> None:
+    """A lane of 3 m opens over 16.5 m at 1 in 5, and over 12 m as gently as short ends allow."""
+    found = layout((0.0, street("d>", width=3.0)), (5.0, street("d< d>", width=3.0)), end=taper + 2.0)
+    (opens,) = (lane for lane in found.sections[1].lanes if lane.id == 1)
+    assert max(cubic.b for cubic in opens.widths) == pytest.approx(3.0 / ((1 - share) * taper))
+    assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, share * taper, (1 - share) * taper, taper])
+
+
 def test_a_taper_that_lacks_room_takes_it_from_the_longer_side() -> None:
     one, two = street("d>", width=3.0), street("d> d>/right", width=3.0)
     found = layout((0.0, one), (190.0, two), end=200.0)

@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import Final
 
 from osm2xodr.curves import part_of_cubics
-from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.geometry.lanes.tapers import TaperZone
@@ -32,11 +31,11 @@ class RoadLane:
         """Return what it is in a stretch, or in the one next to it that has it."""
         return self.specs[min(self.specs, key=lambda k: abs(k - stretch))]
 
-    def changes(self, start: float, end: float, width: float, is_line: bool) -> None:
+    def changes(self, start: float, end: float, width: float, round_end: float | None) -> None:
         """Let it change its width from one place to another, in a line with round ends or in a smooth step."""
         before = self.widths[-1].a
         if abs(width - before) > SAME_VALUE:
-            self.follows(_step(start, end - start, before, width, is_line), end, width)
+            self.follows(_step(start, end - start, before, width, round_end), end, width)
 
     def follows(self, step: Sequence[Cubic], end: float, width: float) -> None:
         """Let its width follow some cubics up to a place, from where on it is the same, m."""
@@ -99,14 +98,14 @@ def _led_through(
     for number, (rank, count) in ending.items():
         # The outermost ends first.
         start, end = zone.part(count - 1 - rank, count)
-        before[number].changes(start, end, 0.0, zone.is_line)
+        before[number].changes(start, end, 0.0, zone.round_end)
         before[number].end = end
     opening = _in_order([other for other in after if other not in out], after, pairs.values())
     for number, (rank, count) in opening.items():
         start, end = zone.part(rank, count)
         nothing = [Cubic(zone.shift_start, 0.0)]
         lane = out[number] = RoadLane(start, road[-1].end, {k: number}, {k: after[number]}, nothing)
-        lane.changes(start, end, after[number].width, zone.is_line)
+        lane.changes(start, end, after[number].width, zone.round_end)
     for number in sorted(opening, key=abs):
         side = 1 if number > 0 else -1
         inner = out.get(number - side)
@@ -170,7 +169,7 @@ def _shifted(zone: TaperZone, start: float, end: float) -> list[Cubic]:
     """Return the cubics of a value that lanes which continue change in a zone."""
     if zone.is_gentle:
         return gentle_step(zone.shift_start, zone.shift_end - zone.shift_start, start, end)
-    return _step(zone.start, zone.length, start, end, zone.is_line)
+    return _step(zone.start, zone.length, start, end, zone.round_end)
 
 
 def _inner_edge(section: CrossSection, lane: int) -> float:
@@ -211,11 +210,11 @@ def gentle_step(s: float, length: float, start: float, end: float) -> list[Cubic
     ]
 
 
-def _step(s: float, length: float, start: float, end: float, is_line: bool) -> list[Cubic]:
-    """Return the cubics from one value to another over a length: a line with round ends, or a smooth step."""
-    if not is_line:
+def _step(s: float, length: float, start: float, end: float, round_end: float | None) -> list[Cubic]:
+    """Return the cubics from one value to another over a length: a smooth step, or a line with such round ends."""
+    if round_end is None:
         return [smooth_step(s, length, start, end)]
-    rounded = defaults.ROUND_END * length
+    rounded = round_end * length
     slope = (end - start) / (length - rounded)
     bend, rise = slope / (2 * rounded), slope * rounded / 2
     return [

@@ -42,10 +42,17 @@ class TaperZone:
         return begin, begin + one
 
     @property
-    def is_line(self) -> bool:
-        """Whether lanes taper in lines with round ends: a smooth step would be too steep."""
+    def round_end(self) -> float | None:
+        """Share of its length that each round end of a line takes in which lanes taper; None for smooth steps.
+
+        They are lines where a smooth step would be too steep, with short ends where the line would be, too.
+        """
         start, end = self.part(0, self.change.at_once)
-        return end - start < defaults.SMOOTH_TAPER * max(self.change.width, 2 * self.change.least_shift)
+        length = end - start
+        if length >= defaults.SMOOTH_TAPER * max(self.change.width, 2 * self.change.least_shift):
+            return None
+        spare = 1.0 - self.change.width / (defaults.STEEPEST_WIDTH * length)
+        return min(max(spare, defaults.SHORTEST_ROUND_END), defaults.ROUND_END)
 
 
 def taper_zones(
