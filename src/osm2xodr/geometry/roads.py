@@ -24,7 +24,7 @@ from osm2xodr.geometry.heights import (
     solve_profiles,
 )
 from osm2xodr.geometry.junctions import RoadOptions, street_places
-from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
+from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_missing_corners
@@ -94,7 +94,8 @@ def build_roads(
         solution = solve_profiles(problem, surface, found, elevation_options, ground() if ground else None)
         advance(0.75)
         known = Connectivity.of(network.connectivities)
-        lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
+        country, joints = find_country(network.country), sharp_joints(plan.parts.plan_view)
+        lanes = lay_out_all(plan.parts.stretches, network.rule, known, country, joints)
         priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
         sides = beside.result()
     diagnostics.extend(sides.diagnostics)

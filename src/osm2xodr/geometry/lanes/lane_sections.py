@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
@@ -43,14 +44,21 @@ class LaneLayout:
 
 
 def lay_out_all(
-    roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
+    roads: Sequence[Sequence[Stretch]],
+    rule: Rule,
+    known: Connectivity | None = None,
+    country: Country = GENERIC,
+    joints: Mapping[int, Sequence[float]] = MappingProxyType({}),
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout."""
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
+
+    `joints` are places along roads, by number, that changes of lanes keep off, s, m.
+    """
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
-    for road in roads:
+    for number, road in enumerate(roads):
         if len(road) > 1:
-            out.append(lay_out_lanes(road, rule, known, country))
+            out.append(lay_out_lanes(road, rule, known, country, joints.get(number, ())))
             continue
         attributes = road[0].attributes
         kind = (
@@ -67,14 +75,18 @@ def lay_out_all(
 
 
 def lay_out_lanes(
-    road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
+    road: Sequence[Stretch],
+    rule: Rule,
+    known: Connectivity | None = None,
+    country: Country = GENERIC,
+    joints: Sequence[float] = (),
 ) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
     A section begins where a lane opens, from width 0, and where one has ended, and at the border of two stretches
     that differ in more than that and in the widths of their lanes: in limits, types of lanes or marks.
     """
-    zones = taper_zones(road, rule, known)
+    zones = taper_zones(road, rule, known, joints=joints)
     carriageway = lay_out_carriageway(road, zones)
     marks_of = [road_marks(item.section, item.attributes, rule, country) for item in road] if len(road) > 1 else []
     borders = [0.0, *_section_borders(road, zones, carriageway, marks_of), road[-1].end]

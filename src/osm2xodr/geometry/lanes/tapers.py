@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
+from osm2xodr.curves import end_curvature, owners
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between, directions
-from osm2xodr.model import Rule
+from osm2xodr.model import PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +58,27 @@ class TaperZone:
         return min(max(spare, defaults.SHORTEST_ROUND_END), defaults.ROUND_END)
 
 
+def sharp_joints(plan: PlanView) -> dict[int, list[float]]:
+    """Return where curves, by number, begin or end a tight bend at once, s, m: lanes that shift there have kinks."""
+    step = np.abs(plan.curvature[1:] - end_curvature(plan)[:-1])
+    owner = owners(plan.start)
+    out: dict[int, list[float]] = {}
+    for k in (np.flatnonzero((step > 1.0 / defaults.SHARP_JOINT_RADIUS) & (owner[1:] == owner[:-1])) + 1).tolist():
+        out.setdefault(int(owner[k]), []).append(float(plan.s[k]))
+    return out
+
+
 def taper_zones(
-    road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None, room: float | None = None
+    road: Sequence[Stretch],
+    rule: Rule,
+    known: Connectivity | None = None,
+    room: float | None = None,
+    joints: Sequence[float] = (),
 ) -> tuple[TaperZone, ...]:
     """Return the zones of all changes along a road: about the borders of its stretches, as far as there is room.
 
-    `room` is the length that they may take together, m; all but the road's ends unless given.
+    `room` is the length that they may take together, m; all but the road's ends unless given. They keep off `joints`,
+    s, m, in ascending order, where they can.
     """
     if len(road) < 2:
         return ()
@@ -79,22 +97,69 @@ def taper_zones(
     begin = (road[-1].end - whole) / 2
     starts = _placed(middles, lengths, begin, whole)
     ends = [start + length for start, length in zip(starts, lengths, strict=True)]
-    shifts = _shifts(changes, starts, ends, begin, road[-1].end - begin)
+    if joints:
+        _keep_off(joints, road, changes, starts, ends)
+    shifts = _shifts(changes, starts, ends, begin, road[-1].end - begin, joints)
     return tuple(TaperZone(*item) for item in zip(starts, ends, changes, *zip(*shifts, strict=True), strict=True))
 
 
+def _keep_off(
+    joints: Sequence[float],
+    road: Sequence[Stretch],
+    changes: Sequence[LaneChange],
+    starts: list[float],
+    ends: list[float],
+) -> None:
+    """Move zones, from `starts` to `ends`, m, that lie about joints to where none is within them, if that is near.
+
+    They stay as long as they are, or else become shorter, as far as they may be.
+    """
+    steady = (road[-1].end - room_for_tapers(road[-1].end)) / 2
+    for k, change in enumerate(changes):
+        length, middle = ends[k] - starts[k], (starts[k] + ends[k]) / 2
+        if not any(starts[k] < s < ends[k] for s in joints):
+            continue
+        before, after = directions(road[k]), directions(road[k + 1])
+        lower = max(ends[k - 1] if k else steady, road[k].end if before < after else 0.0)
+        upper = min(starts[k + 1] if k + 1 < len(changes) else road[-1].end - steady, road[-1].end)
+        if after < before:
+            upper = min(upper, road[k].end)
+        apart = defaults.JOINT_CLEARANCE
+        inside = [s for s in joints if lower < s < upper]
+        gaps = list(zip([lower, *(s + apart for s in inside)], [*(s - apart for s in inside), upper], strict=True))
+        for least in (length, min(change.least, length)):
+            middles = [min(max(middle, lo + least / 2), hi - least / 2) for lo, hi in gaps if hi - lo >= least]
+            nearest = min(middles, key=lambda place: abs(place - middle), default=np.inf)
+            if abs(nearest - middle) <= length:
+                lo, hi = next((lo, hi) for lo, hi in gaps if lo < nearest < hi)
+                size = min(length, hi - lo)
+                starts[k] = min(max(nearest - size / 2, lo), hi - size)
+                ends[k] = starts[k] + size
+                break
+
+
 def _shifts(
-    changes: Sequence[LaneChange], starts: Sequence[float], ends: Sequence[float], begin: float, end: float
+    changes: Sequence[LaneChange],
+    starts: Sequence[float],
+    ends: Sequence[float],
+    begin: float,
+    end: float,
+    joints: Sequence[float] = (),
 ) -> list[tuple[float, float, bool]]:
     """Return from where to where lanes that continue shift, about the zones in which others open or end, if gently.
 
-    As far to one side as to the other; between two zones each has half of the room, on a road from `begin` to `end`.
+    As far to one side as to the other; between two zones each has half of the room, on a road from `begin` to `end`;
+    none reaches beyond a joint.
     """
-    borders = [begin, *((a + b) / 2 for a, b in zip(ends[:-1], starts[1:], strict=True)), end]
+    last = end
+    borders = [begin, *((a + b) / 2 for a, b in zip(ends[:-1], starts[1:], strict=True)), last]
     out = []
     for k, change in enumerate(changes):
         start, end = starts[k], ends[k]
-        more = max(min(start - borders[k], borders[k + 1] - end, (change.gentle - end + start) / 2), 0.0)
+        lower = max((s for s in joints if s <= start), default=begin)
+        upper = min((s for s in joints if s >= end), default=last)
+        room = min(start - max(borders[k], lower), min(borders[k + 1], upper) - end)
+        more = max(min(room, (change.gentle - end + start) / 2), 0.0)
         roomy = end - start + 2 * more >= defaults.GENTLEST_SHIFT * change.shift
         gentle = change.gentle > 0.0 and roomy and (more > 0.0 or not change.at_once)
         out.append((start - more, end + more, True) if gentle else (start, end, False))
