@@ -6,10 +6,12 @@ import math
 from functools import cache
 from itertools import product
 
+import numpy as np
 import pytest
 from road_measures import Pose, RoadMeasures, assert_sound, profile_value
 from street_cases import Case
 
+from osm2xodr.geometry.crossfall_lines import Kinked
 from osm2xodr.model import LaneType, Road, RoadMap, Rule
 
 MAIN = "highway=motorway oneway=yes lanes={} maxspeed=120"
@@ -167,3 +169,15 @@ def test_ramps_come_back_to_the_height_of_a_level_world() -> None:
     # Its line lies some metres to the right of the motorway's, on its carriageway.
     assert -0.25 < profile_value(roads.elevation, k, 0.0) < -0.05
     assert profile_value(roads.elevation, k, measures.length(ramp)) == 0.0
+
+
+def test_cubics_that_continue_the_one_before_are_not_written() -> None:
+    at = np.array([0.0, 10.0, 30.0, 0.0, 5.0, 20.0])
+    # A parabola in two pieces, and a line that bends at 5 m.
+    value = np.array([1.0, 2.0, 10.0, 3.0, 3.0, 18.0])
+    before, after = np.array([[0.0, 0.2, 0.6, 0.0, 0.0, 1.0], [0.0, 0.2, 0.6, 0.0, 1.0, 1.0]])
+    records = Kinked(np.array([0, 3, 6]), at, value, before, after).records()
+    assert records.start.tolist() == [0, 1, 3]
+    assert records.s.tolist() == [0.0, 0.0, 5.0]
+    assert records.a.tolist() == [1.0, 3.0, 3.0]
+    assert records.c.tolist() == pytest.approx([0.01, 0.0, 0.0], abs=1e-12)

@@ -50,6 +50,8 @@ _LEAST_RADIUS: Final = 25.0
 _ROUNDS: Final = 6
 # Places nearer to each other than this are one knot, m.
 _SAME_PLACE: Final = 0.05
+# Cubics that differ by less than this where the second ends are one, m. A choice: a hundredth of what joins may be off.
+_SAME_CUBIC: Final = 1e-4
 # Pieces longer than this have a place half-way, m. A choice.
 _LONG: Final = 2.0
 # Least length of one curve beside that of the other: keeps quotients finite in bends that fold.
@@ -82,13 +84,27 @@ class Kinked:
         return Kinked(start, self.s[at], self.value[at], self.before[at], self.after[at])
 
     def records(self) -> CubicProfile:
-        """Return the cubics."""
-        a = np.setdiff1d(np.arange(len(self.s)), self.start[1:] - 1)
-        h = np.diff(self.s)[a]
-        secant, out, into = np.diff(self.value)[a] / h, self.after[a], self.before[a + 1]
+        """Return the cubics, those that only continue the one before joined with it."""
+        profile, into = self._cubics()
+        h = np.delete(np.diff(self.s), self.start[1:-1] - 1)
+        bend = np.diff(profile.c) - 3 * profile.d[:-1] * h[:-1]
+        steps = (profile.b[1:] - into[:-1], bend, np.diff(profile.d))
+        same = sum((np.abs(step) * h[1:] ** k for k, step in enumerate(steps, 1)), np.zeros(len(bend))) < _SAME_CUBIC
+        keep = np.ones(len(self.s), bool)
+        keep[(np.arange(len(h)) + owners(profile.start))[1:][same]] = False
+        keep[self.start[:-1]] = True
+        at = np.flatnonzero(keep)
+        columns = (column[at] for column in (self.s, self.value, self.before, self.after))
+        return Kinked(starts(np.bincount(self.curve[at])), *columns)._cubics()[0]
+
+    def _cubics(self) -> tuple[CubicProfile, FloatArray]:
+        """Return a cubic from each place to the next, and the slopes at which these end."""
+        a = np.delete(np.arange(len(self.s)), self.start[1:] - 1)
+        h = self.s[a + 1] - self.s[a]
+        secant, out, into = (self.value[a + 1] - self.value[a]) / h, self.after[a], self.before[a + 1]
         first = (self.start - np.arange(len(self.start))).astype(np.int64)
         bend, third = (3 * secant - 2 * out - into) / h, (out + into - 2 * secant) / h**2
-        return CubicProfile(first, self.s[a], self.value[a], out, bend, third)
+        return CubicProfile(first, self.s[a], self.value[a], out, bend, third), into
 
 
 @dataclass(frozen=True, slots=True, eq=False)
