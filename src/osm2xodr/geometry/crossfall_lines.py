@@ -50,7 +50,7 @@ _LEAST_RADIUS: Final = 25.0
 _ROUNDS: Final = 6
 # Places nearer to each other than this are one knot, m.
 _SAME_PLACE: Final = 0.05
-# Cubics that differ by less than this where the second ends are one, m. A choice: a hundredth of what joins may be off.
+# Cubics that differ by less than this where the second ends are one, m. A choice: far below what is seen.
 _SAME_CUBIC: Final = 1e-4
 # Pieces longer than this have a place half-way, m. A choice.
 _LONG: Final = 2.0
