@@ -1,0 +1,118 @@
+"""The scene in 3D: all that `osm2xodr.exporting` makes of a file, as meshes of the page.
+
+A page must stay small and quick: meshes have whole centimetres, the ground its coarsest level of detail, and long
+networks are made of longer pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.errors import InputError
+from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive import Frame, OpenDrive
+from osm2xodr.viewing.options import ReportOptions
+from osm2xodr.viewing.page.packing import Packed, quantised
+
+# Roads, m, connecting ones as well: up to the first length scenes are as fine as those that are exported, and made
+# without being asked for; up to the second one pieces of curves are longer. Choices: a page of some 10 and 60 MB.
+FINE_TO: Final = 250_000.0
+MOST: Final = 2_500_000.0
+_COARSE_TOLERANCE: Final = 0.2
+_COARSE_STEP: Final = 40.0
+# Borders of tiles are corners of the ground, m: there are no tiles in a page.
+_TILE: Final = 1e5
+# Whole numbers of the page's meshes, m.
+_STEP: Final = 0.01
+
+Height = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """Meshes, each of one layer and one material."""
+
+    # Rows of layer, material, colour (#rrggbb), roughness, number of vertices, and of triangles
+    meshes: list[list[Any]] = field(default_factory=list)
+    arrays: dict[str, Packed] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()  # Sentences about what the scene has not
+
+
+def bodies_of(
+    file: OpenDrive, options: ReportOptions, height: Height | None, frame: Frame | None, origin: tuple[float, float]
+) -> Bodies:
+    """Return the scene of a file, without any mesh if there is none, and why.
+
+    `height` gives the ground's height at inertial x, y, m; None without elevation model. `origin` is the page's, m.
+    `InputError` if a scene is asked for that cannot be made.
+    """
+    if options.scene is False:
+        return Bodies()
+    length = float(np.nansum(np.where(np.isfinite(file.roads.length), file.roads.length, 0.0)))
+    if why := _obstacle(length, asked=options.scene is True):
+        if options.scene:
+            raise InputError(f"{file.path}: {why}")
+        return Bodies(notes=(f"The view in 3D has lanes alone: {why}",))
+    from osm2xodr.exporting import make_scene, material_of
+
+    buildings = None
+    if options.osm is not None and frame is not None:
+        from osm2xodr.osmParsing import read_buildings
+
+        buildings = read_buildings(options.osm)[0], frame
+    coarse = length > FINE_TO
+    form = (_COARSE_TOLERANCE, _COARSE_STEP) if coarse else (SAMPLE_TOLERANCE, SAMPLE_STEP)
+    scene = make_scene(file, *form, height, buildings, _TILE)
+    found: dict[tuple[str, str], list[tuple[FloatArray, IntArray]]] = {}
+    coarsest = max((int(part.detail.max()) for part in scene.parts if part.detail is not None), default=0)
+    for part, layer in zip(scene.parts, scene.layers, strict=True):
+        faces = part.faces if part.detail is None else part.faces[part.detail == coarsest]
+        if len(faces):
+            found.setdefault((layer, part.material), []).append((part.vertices, faces))
+    meshes, places, corners = [], [], []
+    for (layer, material), pieces in sorted(found.items()):
+        vertices, faces = _joined(pieces)
+        places.append(vertices)
+        corners.append(faces)
+        look = material_of(material)
+        meshes.append([layer, material, look.colour, look.roughness, len(vertices), len(faces)])
+    x, y, z = np.concatenate(places).T
+    arrays = {
+        "body_x": quantised(x - origin[0], _STEP),
+        "body_y": quantised(y - origin[1], _STEP),
+        "body_z": quantised(z, _STEP),
+        "body_face": np.concatenate(corners).ravel().astype(np.int32),
+    }
+    return Bodies(meshes, arrays, tuple(f"View in 3D: {note}." for note in scene.notes))
+
+
+def _obstacle(length: float, *, asked: bool) -> str:
+    """Return why there is no scene of so many roads, m; empty if there is."""
+    if not length > 0.0:
+        return "there is no road with a length."
+    if not can_make_scenes():
+        return f"{NEEDS_SHAPELY}."
+    kilometres = f"{length / 1000.0:,.0f} km of roads"
+    if length > MOST:
+        return f"{kilometres} are too much for one page; crop the file first, or use osm2xodr export --scene."
+    if length > FINE_TO and not asked:
+        return f"{kilometres} take long; ask for them with --scene."
+    return ""
+
+
+def _joined(pieces: list[tuple[FloatArray, IntArray]]) -> tuple[FloatArray, IntArray]:
+    """Return vertices and triangles of several meshes as those of one, vertices in the order of their first use."""
+    first = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
+    faces = np.concatenate([rows + at for (_, rows), at in zip(pieces, first[:-1].tolist(), strict=True)])
+    used, begin, number = np.unique(faces, return_index=True, return_inverse=True)
+    order = np.argsort(begin, kind="stable")
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    vertices = np.concatenate([vertices for vertices, _ in pieces])[used[order]]
+    return vertices, rank[number].reshape(-1, 3)
