@@ -27,7 +27,9 @@ if TYPE_CHECKING:
         write_scene as write_scene,
     )
 
-__getattr__ = lazy_exports(__name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene")})
+__getattr__ = lazy_exports(
+    __name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene")}
+)
 
 # What to say where `can_make_scenes` is false.
 NEEDS_SHAPELY: Final = "scenes need the library shapely; install it: pip install 'osm2xodr[scene]'"

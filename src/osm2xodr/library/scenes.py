@@ -169,4 +169,3 @@ def _frame(file: OpenDrive, remedy: str) -> Frame:
     if frame is None:
         raise InputError(f"{file.path}: {why}; {remedy}")
     return frame
-

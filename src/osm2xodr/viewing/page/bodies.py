@@ -6,16 +6,17 @@ networks are made of longer pieces.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import Building, FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page.packing import Packed, quantised
@@ -45,12 +46,34 @@ class Bodies:
 
 
 def bodies_of(
-    file: OpenDrive, options: ReportOptions, height: Height | None, frame: Frame | None, origin: tuple[float, float]
+    file: OpenDrive,
+    options: ReportOptions,
+    height: Height | None,
+    frame: Frame | None,
+    origin: tuple[float, float],
+    diagnostics: Diagnostics,
 ) -> Bodies:
     """Return the scene of a file, without any mesh if there is none, and why.
 
-    `height` gives the ground's height at inertial x, y, m; None without elevation model. `origin` is the page's, m.
-    `InputError` if a scene is asked for that cannot be made.
+    Parameters
+    ----------
+    file
+        The road network.
+    options
+        Whether there is to be a scene, and the file with its buildings.
+    height
+        The ground's height at inertial x, y (n,), m; None without elevation model.
+    frame
+        Where the file lies on Earth; None if that is unknown: there are no buildings then.
+    origin
+        What is subtracted from inertial x and y on the page, m.
+    diagnostics
+        Receives that no scene can be made of a damaged file.
+
+    Raises
+    ------
+    InputError
+        A scene is asked for that cannot be made, or the file with buildings cannot be read.
     """
     if options.scene is False:
         return Bodies()
@@ -59,15 +82,33 @@ def bodies_of(
         if options.scene:
             raise InputError(f"{file.path}: {why}")
         return Bodies(notes=(f"The view in 3D has lanes alone: {why}",))
-    from osm2xodr.exporting import make_scene, material_of
-
     buildings = None
     if options.osm is not None and frame is not None:
         from osm2xodr.osmParsing import read_buildings
 
         buildings = read_buildings(options.osm)[0], frame
-    coarse = length > FINE_TO
-    form = (_COARSE_TOLERANCE, _COARSE_STEP) if coarse else (SAMPLE_TOLERANCE, SAMPLE_STEP)
+    try:
+        return _built(file, length, height, buildings, origin)
+    except Exception as error:
+        # A file may be damaged in ways that nobody foresaw, and the rest of the page needs no scene.
+        why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        if options.scene:
+            raise InputError(f"{file.path}: no scene can be made of it ({why})") from error
+        diagnostics.note("no-scene", "", f"the view in 3D has lanes alone: no scene can be made of the file ({why})")
+        return Bodies()
+
+
+def _built(
+    file: OpenDrive,
+    length: float,
+    height: Height | None,
+    buildings: tuple[Sequence[Building], Frame] | None,
+    origin: tuple[float, float],
+) -> Bodies:
+    """Return the meshes of a file with roads of a length, m."""
+    from osm2xodr.exporting import make_scene, material_of
+
+    form = (SAMPLE_TOLERANCE, SAMPLE_STEP) if length <= FINE_TO else (_COARSE_TOLERANCE, _COARSE_STEP)
     scene = make_scene(file, *form, height, buildings, _TILE)
     found: dict[tuple[str, str], list[tuple[FloatArray, IntArray]]] = {}
     coarsest = max((int(part.detail.max()) for part in scene.parts if part.detail is not None), default=0)

@@ -3,6 +3,8 @@ const SMOOTH = new Set(["ground", "roads"]); // layers whose triangles show no e
 const LIFTED = new Set(["marks"]); // layers that lie on others, and are drawn before them
 const EARTH = [0.3, 0.22, 0.12]; // linear colour of steep ground
 const STEEP = [0.86, 0.6]; // cosine of the slopes from which on, and up to which, ground turns to earth
+const SHADOW = 2048; // pixels of a side of the shadows' map: a second at most where no graphics card draws it
+const SHADOWS_TO = 2e6; // triangles: scenes of more have no shadows
 const PALE = "#dcdad4"; // what stands beside roads where these have the colours of data
 
 /** Return the meshes of a page's scene by layer. */
@@ -74,11 +76,11 @@ function dress(layers, built, dark) {
 
 /** The light of a clear afternoon: sky, haze, and a sun that casts shadows around what is looked at. */
 class Daylight {
-  constructor(three, scene, renderer) {
-    this.three = three; this.scene = scene; this.renderer = renderer;
+  constructor(three, scene, renderer, triangles) {
+    this.three = three; this.scene = scene; this.renderer = renderer; this.shadows = triangles <= SHADOWS_TO;
     this.sky = new three.HemisphereLight(0xffffff, 0x8a8f86, 2.2);
     this.sun = new three.DirectionalLight(0xffffff, 1.6);
-    this.sun.shadow.mapSize.set(4096, 4096);
+    this.sun.shadow.mapSize.set(SHADOW, SHADOW);
     this.sun.shadow.bias = -0.0004;
     this.dome = this.makeDome();
     this.haze = new three.Fog("#dde7ee", 1, 2);
@@ -105,7 +107,8 @@ class Daylight {
   /** Change between the light of a day and one without shadows, for colours that can be compared. */
   show(built, background, extent) {
     this.built = built;
-    this.dome.visible = this.sun.castShadow = this.renderer.shadowMap.enabled = built;
+    this.dome.visible = built;
+    this.sun.castShadow = this.renderer.shadowMap.enabled = built && this.shadows;
     this.scene.background = built ? null : new this.three.Color(background);
     this.scene.fog = built ? this.haze : null;
     this.haze.near = 1.5 * extent; this.haze.far = 7 * extent;
@@ -130,7 +133,7 @@ class Daylight {
     sun.position.copy(target).addScaledVector(direction, 4 * reach + 1500);
     Object.assign(box, { left: -reach, right: reach, top: reach, bottom: -reach, near: 1, far: 8 * reach + 3000 });
     box.updateProjectionMatrix();
-    sun.shadow.normalBias = reach / 1500;
+    sun.shadow.normalBias = reach / 1000;
     this.renderer.shadowMap.needsUpdate = true;
   }
 }

@@ -28,7 +28,7 @@ class RoadScene {
     this.controls.zoomToCursor = true;
     this.controls.listenToKeyEvents($("canvas"));
     this.controls.addEventListener("change", () => this.draw());
-    this.light = new Daylight(THREE, this.scene, this.renderer);
+    this.light = new Daylight(THREE, this.scene, this.renderer, data.bodyFace.length / 3);
     this.world = new THREE.Group();
     this.scene.add(this.world);
     this.base = this.lowest();
