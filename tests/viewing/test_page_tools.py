@@ -424,12 +424,12 @@ return out.length ? [Math.min(...out), Math.max(...out)] : null;
         low, high = page.run(box, layer, x - x0, y - y0, radius)
         return low - z, high - z
 
-    # Trees from the ground to their tops, buildings from half a metre deeper; the pole of a light and its head of a size on it.
+    # From the ground to their tops; buildings and poles go half a metre deeper. A light's head is on its pole.
     assert heights("objects", 25.0, 8.0, 2.1) == pytest.approx((0.0, 7.0), abs=0.02)
     assert heights("objects", 10.0, 12.0, 5.1) == pytest.approx((-0.5, 5.0), abs=0.02)
-    assert heights("signals", 30.0, -5.0, 0.5) == pytest.approx((0.0, 2.9), abs=0.03)
+    assert heights("signals", 30.0, -5.0, 0.5) == pytest.approx((-0.5, 2.9), abs=0.03)
     low, high = heights("signals", 20.0, -5.0, 0.5)
-    assert low == pytest.approx(0.0, abs=0.02)
+    assert low == pytest.approx(-0.5, abs=0.02)
     assert 3.5 < high < 4.2
     # Paint lies on the road: the crosswalk's bars, the arrow, and the marks.
     for layer, s, t, radius in (
@@ -442,7 +442,7 @@ return out.length ? [Math.min(...out), Math.max(...out)] : null;
     arrow, lane, ground = (
         page.run(GROUND, [[-25.0 - x0, -1.75 - y0]], layer)[0] for layer in ("objects", "roads", "ground")
     )
-    assert lane == pytest.approx(11.0 - 0.08 * 10.0 + 0.0016 * 100.0, abs=0.02)
+    assert lane == pytest.approx(11.0 - 0.08 * 10.0 + 0.0016 * 100.0, abs=0.05)  # Chords of the hill
     assert arrow - lane == pytest.approx(0.015, abs=0.011)
     # Roads lie on the ground in that they are cut out of it.
     assert ground is None
