@@ -79,6 +79,7 @@ class Daylight {
   constructor(three, scene, renderer, triangles) {
     this.three = three; this.scene = scene; this.renderer = renderer; this.shadows = triangles <= SHADOWS_TO;
     this.sky = new three.HemisphereLight(0xffffff, 0x8a8f86, 2.2);
+    this.sky.position.set(-0.4, 0.45, 0.8); // Not quite from above: sides in the shade differ.
     this.sun = new three.DirectionalLight(0xffffff, 1.6);
     this.sun.shadow.mapSize.set(SHADOW, SHADOW);
     this.sun.shadow.bias = -0.0004;
@@ -112,9 +113,9 @@ class Daylight {
     this.scene.background = built ? null : new this.three.Color(background);
     this.scene.fog = built ? this.haze : null;
     this.haze.near = 1.5 * extent; this.haze.far = 7 * extent;
-    this.sky.color.set(built ? "#d3e3f6" : "#ffffff"); this.sky.groundColor.set(built ? "#8d8a72" : "#8a8f86");
-    this.sky.intensity = built ? 1.5 : 2.2;
-    this.sun.color.set(built ? "#fff0d8" : "#ffffff"); this.sun.intensity = built ? 3.1 : 1.6;
+    this.sky.color.set(built ? "#d3e3f6" : "#ffffff"); this.sky.groundColor.set(built ? "#b3a893" : "#8a8f86");
+    this.sky.intensity = built ? 1.35 : 1.8;
+    this.sun.color.set(built ? "#fff0d8" : "#ffffff"); this.sun.intensity = built ? 2.9 : 1.6;
     this.lit = null;
     if (!built) { this.sun.target.position.set(0, 0, 0); this.sun.position.set(-1, 1, 2); }
   }
