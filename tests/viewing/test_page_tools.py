@@ -472,7 +472,7 @@ def test_without_a_scene_lanes_are_seen_and_the_page_says_why(
 ) -> None:
     out, found = tmp_path / "bare.html", Diagnostics()
     if missing:
-        monkeypatch.setattr(exporting, "find_spec", lambda name: None)
+        monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     else:
         monkeypatch.setattr(exporting, "make_scene", broken, raising=False)
     write_report(file, out, ReportOptions(check=False), found)

@@ -6,7 +6,7 @@ one pass of text. Whole scenes (`scene`) need shapely, which not everybody has.
 
 from __future__ import annotations
 
-from importlib.util import find_spec
+import importlib.util
 from typing import TYPE_CHECKING, Final
 
 from osm2xodr.exporting.elevation import places_around, read_heights
@@ -37,7 +37,7 @@ NEEDS_SHAPELY: Final = "scenes need the library shapely; install it: pip install
 
 def can_make_scenes() -> bool:
     """Return whether the library is there that scenes need."""
-    return find_spec("shapely") is not None
+    return importlib.util.find_spec("shapely") is not None
 
 
 __all__ = [
