@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import Page, troubles
-from page_cases import write_ground
+from page_cases import info_of, write_ground
 from PIL import Image
 from t_junction import ARC, sound_map
 from xodr_text import document, read_text, road
@@ -22,6 +22,7 @@ from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space import surface_points
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, ReportOptions, write_report
+from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.png import draw_png
 from osm2xodr.viewing.scene import Scene
@@ -486,6 +487,17 @@ def test_without_a_scene_lanes_are_seen_and_the_page_says_why(
     assert troubles(page) == []
     with pytest.raises(InputError, match="shapely" if missing else "torn"):
         write_report(file, out, ReportOptions(check=False, scene=True), Diagnostics())
+
+
+def test_scenes_that_take_long_are_made_on_request_alone(tmp_path: Path) -> None:
+    far = road("2", plan=road("2").split("<planView>")[1].split("</planView>")[0].replace('x="0.0"', 'x="2600000.0"'))
+    with_far = read_text(tmp_path, document(road("1"), far))
+    info = info_of(make_report(with_far, ReportOptions(check=False), Diagnostics()))
+    assert info["bodies"] == []
+    assert "The view in 3D has lanes alone: 0 km of roads in an area of 520 km² take long" in info["notes"][0]
+    further = read_text(tmp_path, document(road("1"), far.replace("2600000", "26000000")))
+    with pytest.raises(InputError, match="too much for one page"):
+        make_report(further, ReportOptions(check=False, scene=True), Diagnostics())
 
 
 def broken(*_: object) -> None:

@@ -20,11 +20,17 @@ from osm2xodr.model import Building, FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page.packing import Packed, quantised
+from osm2xodr.viewing.scene import Scene
 
 # Roads, m, connecting ones as well: up to the first length scenes are as fine as those that are exported, and made
 # without being asked for; up to the second one pieces of curves are longer. Choices: a page of some 10 and 60 MB.
 FINE_TO: Final = 250_000.0
 MOST: Final = 2_500_000.0
+# The rectangle around roads, m², likewise: cells of the ground take some 2 MB of memory per km².
+_AREA: Final = 5e8
+_MOST_AREA: Final = 2.5e9
+# It extends this far beyond the roads, m, as ground does at both sides.
+_AROUND: Final = 200.0
 _COARSE_TOLERANCE: Final = 0.2
 _COARSE_STEP: Final = 40.0
 # Borders of tiles are corners of the ground, m: there are no tiles in a page.
@@ -50,6 +56,7 @@ def bodies_of(
     options: ReportOptions,
     height: Height | None,
     frame: Frame | None,
+    drawn: Scene,
     origin: tuple[float, float],
     diagnostics: Diagnostics,
 ) -> Bodies:
@@ -65,6 +72,8 @@ def bodies_of(
         The ground's height at inertial x, y (n,), m; None without elevation model.
     frame
         Where the file lies on Earth; None if that is unknown: there are no buildings then.
+    drawn
+        What is drawn of the file on the map.
     origin
         What is subtracted from inertial x and y on the page, m.
     diagnostics
@@ -78,7 +87,7 @@ def bodies_of(
     if options.scene is False:
         return Bodies()
     length = float(np.nansum(np.where(np.isfinite(file.roads.length), file.roads.length, 0.0)))
-    if why := _obstacle(length, asked=options.scene is True):
+    if why := _obstacle(length, _area(drawn), asked=options.scene is True):
         if options.scene:
             raise InputError(f"{file.path}: {why}")
         return Bodies(notes=(f"The view in 3D has lanes alone: {why}",))
@@ -133,17 +142,24 @@ def _built(
     return Bodies(meshes, arrays, tuple(f"View in 3D: {note}." for note in scene.notes))
 
 
-def _obstacle(length: float, *, asked: bool) -> str:
-    """Return why there is no scene of so many roads, m; empty if there is."""
-    if not length > 0.0:
-        return "there is no road with a length."
+def _area(drawn: Scene) -> float:
+    """Return the area of the rectangle around all roads, m²; 0 without any."""
+    if not len(drawn.x):
+        return 0.0
+    return (float(np.ptp(drawn.x)) + _AROUND) * (float(np.ptp(drawn.y)) + _AROUND)
+
+
+def _obstacle(length: float, area: float, *, asked: bool) -> str:
+    """Return why there is no scene of so many roads, m, in so large an area, m²; empty if there is."""
+    if not (length > 0.0 and area > 0.0):
+        return "there is no road that can be drawn."
     if not can_make_scenes():
         return f"{NEEDS_SHAPELY}."
-    kilometres = f"{length / 1000.0:,.0f} km of roads"
-    if length > MOST:
-        return f"{kilometres} are too much for one page; crop the file first, or use osm2xodr export --scene."
-    if length > FINE_TO and not asked:
-        return f"{kilometres} take long; ask for them with --scene."
+    size = f"{length / 1000.0:,.0f} km of roads in an area of {area / 1e6:,.0f} km²"
+    if length > MOST or area > _MOST_AREA:
+        return f"{size} are too much for one page; crop the file first, or use osm2xodr export --scene."
+    if (length > FINE_TO or area > _AREA) and not asked:
+        return f"{size} take long; ask for them with --scene."
     return ""
 
 

@@ -151,7 +151,7 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
         scene = dataclasses.replace(scene, ground=ground)
     if options.osm is not None and frame is not None:
         cover = compare_with_osm(options.osm, file, frame)
-    bodies = bodies_of(file, options, height, frame, origin_of(scene), diagnostics)
+    bodies = bodies_of(file, options, height, frame, scene, origin_of(scene), diagnostics)
     return make_subject(file, scene, frame, terrain, cover, bodies)
 
 
