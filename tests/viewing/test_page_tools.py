@@ -10,16 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import Page, troubles
-from page_cases import write_ground
+from page_cases import info_of, write_ground
 from PIL import Image
 from t_junction import ARC, sound_map
 from xodr_text import document, read_text, road
 
+from osm2xodr import exporting
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space import surface_points
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, ReportOptions, write_report
+from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.png import draw_png
 from osm2xodr.viewing.scene import Scene
@@ -66,8 +69,17 @@ def file(folder: Path) -> OpenDrive:
 
 @pytest.fixture(scope="module")
 def report(folder: Path, file: OpenDrive) -> Path:
+    pytest.importorskip("shapely")
     out = folder / "report.html"
     write_report(file, out, ReportOptions(dem=(write_ground(folder, file, rough),)), Diagnostics())
+    return out
+
+
+@pytest.fixture(scope="module")
+def plain(folder: Path, file: OpenDrive) -> Path:
+    """Return a report whose view in 3D has lanes alone."""
+    out = folder / "plain.html"
+    write_report(file, out, ReportOptions(dem=(write_ground(folder, file, rough),), scene=False), Diagnostics())
     return out
 
 
@@ -159,11 +171,18 @@ def test_layers_go_on_and_off(page: Page, report: Path) -> None:
     page.open(report, "#off=roads,signals")
     assert page.value("window.osm2xodr.layers.hidden()") == ["roads", "signals"]
     in_3d(page)
-    names = "['roads', 'marks', 'paint', 'objects', 'signals', 'terrain']"
-    meshes = f"{names}.map((key) => window.osm2xodr.state.scene[key].visible)"
-    assert page.value(meshes) == [False, True, True, True, False, True]
+    names = "['roads', 'marks', 'objects', 'signals', 'ground']"
+    meshes = f"{names}.map((key) => window.osm2xodr.state.scene.bodies[key].visible)"
+    assert page.value(meshes) == [False, True, True, False, True]
     page.run("window.osm2xodr.layers.boxes.ground.click(); window.osm2xodr.layers.boxes.roads.click()")
-    assert page.value(meshes) == [True, True, True, True, False, False]
+    assert page.value(meshes) == [True, True, True, False, False]
+    # Colours of data are those of lanes, which lie in place of the surfaces.
+    lanes = "[window.osm2xodr.state.scene.roads.visible, window.osm2xodr.state.scene.bodies.roads.visible]"
+    assert page.value("document.getElementById('mode').value") == "built"
+    assert page.value(lanes) == [False, True]
+    page.choose("mode", "grade")
+    assert page.value(lanes) == [True, False]
+    assert troubles(page) == []
 
 
 def test_findings_are_pins_unlike_anything_else(page: Page, tmp_path: Path) -> None:
@@ -331,7 +350,7 @@ scene.world.scale.z = 1; scene.world.updateMatrixWorld(true);
 const ray = new THREE.Raycaster();
 return arguments[0].map(([x, y]) => {
   ray.set(new THREE.Vector3(x, y, 1000), down);
-  const hit = ray.intersectObject(scene[arguments[1]])[0];
+  const hit = ray.intersectObject(scene.bodies[arguments[1]] ?? scene[arguments[1]])[0];
   return hit ? hit.point.z + scene.base : null;
 });
 """
@@ -351,8 +370,8 @@ def samples(scene: Scene) -> FloatArray:
     return np.asarray(np.concatenate(out))
 
 
-def test_the_ground_lies_below_all_lanes(page: Page, report: Path, file: OpenDrive) -> None:
-    page.open(report)
+def test_the_ground_lies_below_all_lanes(page: Page, plain: Path, file: OpenDrive) -> None:
+    page.open(plain)
     in_3d(page)
     places = samples(make_scene(file))
     x0, y0 = page.value("window.osm2xodr.data.info.origin")
@@ -372,7 +391,9 @@ def test_a_tunnel_stays_below_the_ground(page: Page, tmp_path: Path) -> None:
     tunnel = '<objects><tunnel id="8" s="20" length="60" type="standard" name="Hill"/></objects>'
     file = read_text(tmp_path, document(road("1", more=tunnel)))
     out = tmp_path / "tunnel.html"
-    write_report(file, out, ReportOptions(check=False, dem=(write_ground(tmp_path, file, rough),)), Diagnostics())
+    write_report(
+        file, out, ReportOptions(check=False, dem=(write_ground(tmp_path, file, rough),), scene=False), Diagnostics()
+    )
     page.open(out)
     in_3d(page)
     x0, y0 = page.value("window.osm2xodr.data.info.origin")
@@ -387,35 +408,101 @@ def test_things_stand_in_3d_where_the_file_says(page: Page, report: Path, file: 
     in_3d(page)
     x0, y0 = page.value("window.osm2xodr.data.info.origin")
     box = """
-const { scene } = window.osm2xodr.state, out = [];
-const place = scene[arguments[0]].geometry.getAttribute("position").array;
-for (let k = 0; k < place.length; k += 3) {
-  const [x, y, z] = place.subarray(k, k + 3);
-  if (Math.hypot(x - arguments[1], y - arguments[2]) <= arguments[3]) out.push(z + scene.base);
+const { scene } = window.osm2xodr.state, [layer, x0, y0, radius] = arguments, out = [];
+for (const mesh of scene.bodies[layer].children) {
+  const place = mesh.geometry.getAttribute("position").array;
+  for (let k = 0; k < place.length; k += 3) {
+    const [x, y, z] = place.subarray(k, k + 3);
+    if (Math.hypot(x - x0, y - y0) <= radius) out.push(z + scene.base);
+  }
 }
 return out.length ? [Math.min(...out), Math.max(...out)] : null;
 """
 
-    def heights(mesh: str, s: float, t: float, radius: float) -> tuple[float, float]:
-        """Return the lowest and the highest point of a mesh around a place on road 1, above the road there, m."""
+    def heights(layer: str, s: float, t: float, radius: float) -> tuple[float, float]:
+        """Return the lowest and the highest point of a layer around a place on road 1, above the road there, m."""
         x, y, z = (float(v[0]) for v in surface_points(file, np.array([0]), np.array([s]), np.array([t])))
-        low, high = page.run(box, mesh, x - x0, y - y0, radius)
+        low, high = page.run(box, layer, x - x0, y - y0, radius)
         return low - z, high - z
 
-    # Trees and buildings from the ground to their tops; the pole of a light and its head of a size on it.
+    # From the ground to their tops; buildings and poles go half a metre deeper. A light's head is on its pole.
     assert heights("objects", 25.0, 8.0, 2.1) == pytest.approx((0.0, 7.0), abs=0.02)
-    assert heights("objects", 10.0, 12.0, 5.1) == pytest.approx((0.0, 5.0), abs=0.02)
-    assert heights("signals", 30.0, -5.0, 0.5) == pytest.approx((0.0, 2.9), abs=0.03)
+    assert heights("objects", 10.0, 12.0, 5.1) == pytest.approx((-0.5, 5.0), abs=0.02)
+    assert heights("signals", 30.0, -5.0, 0.5) == pytest.approx((-0.5, 2.9), abs=0.03)
     low, high = heights("signals", 20.0, -5.0, 0.5)
-    assert low == pytest.approx(0.0, abs=0.02)
+    assert low == pytest.approx(-0.5, abs=0.02)
     assert 3.5 < high < 4.2
     # Paint lies on the road: the crosswalk's bars, the arrow, and the marks.
-    for mesh, s, t, radius in (("paint", 47.0, 0.0, 3.0), ("paint", 35.0, -1.75, 2.6), ("marks", 25.0, 0.0, 4.0)):
-        low, high = heights(mesh, s, t, radius)
-        assert 0.03 - 0.3 < low < high < 0.05 + 0.3, mesh
-    (arrow,) = page.run(GROUND, [[-25.0 - x0, -1.75 - y0]], "paint")
-    assert arrow == pytest.approx(11.0 - 0.08 * 10.0 + 0.0016 * 100.0 + 0.04, abs=0.02)
+    for layer, s, t, radius in (
+        ("objects", 47.0, 0.0, 3.0),
+        ("objects", 35.0, -1.75, 2.6),
+        ("marks", 25.0, 0.0, 4.0),
+    ):
+        low, high = heights(layer, s, t, radius)
+        assert -0.3 < low < high < 0.35, layer
+    arrow, lane, ground = (
+        page.run(GROUND, [[-25.0 - x0, -1.75 - y0]], layer)[0] for layer in ("objects", "roads", "ground")
+    )
+    assert lane == pytest.approx(11.0 - 0.08 * 10.0 + 0.0016 * 100.0, abs=0.05)  # Chords of the hill
+    assert arrow - lane == pytest.approx(0.015, abs=0.011)
+    # Roads lie on the ground in that they are cut out of it.
+    assert ground is None
     assert troubles(page) == []
+
+
+def test_clicks_in_3d_find_lanes_and_signs_of_the_scene(page: Page, report: Path) -> None:
+    page.open(report)
+    in_3d(page)
+    x0, y0 = page.value("window.osm2xodr.data.info.origin")
+    page.run("window.osm2xodr.state.scene.look(...arguments, 30)", -30.0 - x0, -3.0 - y0)
+    pixel = (
+        "const { scene } = window.osm2xodr.state, box = document.getElementById('canvas').getBoundingClientRect();"
+        " scene.camera.updateMatrixWorld();"
+        " const [x, y, z] = arguments, at = new scene.THREE.Vector3(x, y, z - scene.base).project(scene.camera);"
+        " return [box.left + (1 + at.x) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height]"
+    )
+    page.click(*page.run(pixel, -25.0 - x0, -1.75 - y0, 10.4))
+    assert page.text("#profile-title").startswith("Road 1")
+    page.click(*page.run(pixel, -30.0 - x0, -5.0 - y0, 10.0 + 2.9))
+    assert "Sign 904 stop" in page.text("#content")
+
+
+@pytest.mark.parametrize("missing", [True, False])
+def test_without_a_scene_lanes_are_seen_and_the_page_says_why(
+    missing: bool, page: Page, file: OpenDrive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, found = tmp_path / "bare.html", Diagnostics()
+    if missing:
+        monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    else:
+        monkeypatch.setattr(exporting, "make_scene", broken, raising=False)
+    write_report(file, out, ReportOptions(check=False), found)
+    page.open(out, "#view=3d")
+    notes = [note for note in page.value("window.osm2xodr.data.info.notes") if "3D" in note]
+    assert len(notes) == 1
+    assert ("osm2xodr[scene]" if missing else "GEOSException: torn") in notes[0]
+    assert [item.code for item in found] == ([] if missing else ["no-scene"])
+    assert page.value("window.osm2xodr.state.scene.roads.visible") is True
+    assert page.value("document.getElementById('mode').value") == page.value("window.osm2xodr.data.info.first_mode")
+    assert troubles(page) == []
+    with pytest.raises(InputError, match="shapely" if missing else "torn"):
+        write_report(file, out, ReportOptions(check=False, scene=True), Diagnostics())
+
+
+def test_scenes_that_take_long_are_made_on_request_alone(tmp_path: Path) -> None:
+    far = road("2", plan=road("2").split("<planView>")[1].split("</planView>")[0].replace('x="0.0"', 'x="2600000.0"'))
+    with_far = read_text(tmp_path, document(road("1"), far))
+    info = info_of(make_report(with_far, ReportOptions(check=False), Diagnostics()))
+    assert info["bodies"] == []
+    assert "The view in 3D has lanes alone: 0 km of roads in an area of 520 km² take long" in info["notes"][0]
+    further = read_text(tmp_path, document(road("1"), far.replace("2600000", "26000000")))
+    with pytest.raises(InputError, match="too much for one page"):
+        make_report(further, ReportOptions(check=False, scene=True), Diagnostics())
+
+
+def broken(*_: object) -> None:
+    """Fail as geometry of damaged files does."""
+    raise type("GEOSException", (Exception,), {})("torn")
 
 
 def test_files_without_anything_open_and_switch(page: Page, tmp_path: Path) -> None:

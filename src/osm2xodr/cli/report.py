@@ -51,6 +51,12 @@ Exit status: 0 written, 1 cannot read or write, 2 wrong usage, 130 interrupted."
 )
 @click.option("--title", default="", metavar="TEXT", help="Headline.  [default: name of the road network]")
 @click.option("--no-check", is_flag=True, help="Do not look for defects of FILE.")
+@click.option(
+    "--scene/--no-scene",
+    default=None,
+    help="Show in 3D the scene that export --scene makes: ground with --dem, buildings with --osm.  [default: where "
+    "shapely is installed, up to 250 km of roads]",
+)
 @overwrite_option
 @quiet_option
 @limit_options

@@ -6,8 +6,10 @@ one pass of text. Whole scenes (`scene`) need shapely, which not everybody has.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import importlib.util
+from typing import TYPE_CHECKING, Final
 
+from osm2xodr.exporting.elevation import places_around, read_heights
 from osm2xodr.exporting.geojson import LAYERS, write_geojson
 from osm2xodr.exporting.gltf import write_glb
 from osm2xodr.exporting.lanelet2 import PROJECTORS, projector_info, write_lanelet2
@@ -21,17 +23,33 @@ if TYPE_CHECKING:
         Scene as Scene,
         SceneFormat as SceneFormat,
         make_scene as make_scene,
+        material_of as material_of,
         write_scene as write_scene,
     )
 
-__getattr__ = lazy_exports(__name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "write_scene")})
+__getattr__ = lazy_exports(
+    __name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene")}
+)
+
+# What to say where `can_make_scenes` is false.
+NEEDS_SHAPELY: Final = "scenes need the library shapely; install it: pip install 'osm2xodr[scene]'"
+
+
+def can_make_scenes() -> bool:
+    """Return whether the library is there that scenes need."""
+    return importlib.util.find_spec("shapely") is not None
+
 
 __all__ = [
     "LAYERS",
+    "NEEDS_SHAPELY",
     "PROJECTORS",
     "RoadMesh",
+    "can_make_scenes",
     "material_library",
+    "places_around",
     "projector_info",
+    "read_heights",
     "road_mesh",
     "write_geojson",
     "write_glb",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -28,10 +26,6 @@ SCENE_FORMATS: Final = ("glb", "obj")
 SCENE_TILE: Final = 500.0
 CARLA_TILE: Final = 2000.0
 _TILE_GRID: Final = 20.0
-# Elevation models are read up to this far from roads, m, at points this far apart at most.
-_MARGIN: Final = 300.0
-_STEP: Final = 25.0
-_MOST_POINTS: Final = 250_000
 
 
 def export_scene(
@@ -98,8 +92,10 @@ def export_scene(
     """
     form, size = _checked(format, up, tile, carla)
     check_sampling(tolerance, step)
-    if importlib.util.find_spec("shapely") is None:
-        raise InputError("scenes need the library shapely; install it: pip install 'osm2xodr[scene]'")
+    from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
+
+    if not can_make_scenes():
+        raise InputError(NEEDS_SHAPELY)
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
     from osm2xodr.surface import SurfaceOptions
     from osm2xodr.system import atomic_folder, check_folder
@@ -147,25 +143,12 @@ def _ground(
     """Return what gives the height of the ground at inertial places, and the elevation models; None without any."""
     if not models:
         return None
-    import numpy as np
-
+    from osm2xodr.exporting import places_around, read_heights
     from osm2xodr.opendrive import sample_roads
-    from osm2xodr.projection import make_frame, to_local
-    from osm2xodr.surface import read_surface
 
     frame = _frame(file, "leave the elevation models out")
     stations = sample_roads(file)
-    x, y = _around(stations.x, stations.y)
-    lon, lat = frame.to_geographic(x, y)
-    local = make_frame(float(np.mean(lat)), float(np.mean(lon)))
-    east, north = to_local(local, lon, lat)
-    surface = read_surface(models, local, east, north, options, diagnostics)
-
-    def height(x: FloatArray, y: FloatArray) -> FloatArray:
-        z, measured = surface.heights(*to_local(local, *frame.to_geographic(x, y)))
-        return np.where(measured, z, np.nan) - frame.offset[2]
-
-    return height, surface
+    return read_heights(models, frame, *places_around(stations.x, stations.y), options, diagnostics)
 
 
 def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building], Frame] | None:
@@ -186,16 +169,3 @@ def _frame(file: OpenDrive, remedy: str) -> Frame:
     if frame is None:
         raise InputError(f"{file.path}: {why}; {remedy}")
     return frame
-
-
-def _around(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a grid of points over an area and its surroundings, with the points themselves."""
-    import numpy as np
-
-    known = np.isfinite(x) & np.isfinite(y)
-    x, y = x[known], y[known]
-    west, east = float(x.min()) - _MARGIN, float(x.max()) + _MARGIN
-    south, north = float(y.min()) - _MARGIN, float(y.max()) + _MARGIN
-    step = max(_STEP, math.sqrt((east - west) * (north - south) / _MOST_POINTS))
-    columns, rows = np.meshgrid(np.arange(west, east + step, step), np.arange(south, north + step, step))
-    return np.concatenate([x, columns.ravel()]), np.concatenate([y, rows.ravel()])

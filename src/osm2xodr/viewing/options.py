@@ -25,6 +25,8 @@ class ReportOptions:
     # CRS and unit of heights of elevation models that do not say theirs, as in `osm2xodr.surface.SurfaceOptions`
     dem_crs: str | None = None
     dem_unit: str | None = None
+    # Whether the view in 3D shows the scene that `export_scene` makes; None: where it can be made and is not too long
+    scene: bool | None = None
 
 
 @dataclass(frozen=True)

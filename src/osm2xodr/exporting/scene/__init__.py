@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from osm2xodr.exporting.scene.folder import MANIFEST, SceneFormat, write_scene
+from osm2xodr.exporting.scene.materials import material_of
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 
-__all__ = ["MANIFEST", "Scene", "SceneFormat", "make_scene", "write_scene"]
+__all__ = ["MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"]

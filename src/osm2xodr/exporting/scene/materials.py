@@ -46,6 +46,7 @@ MATERIALS: Final = MappingProxyType(
         "paving": Material("#a9a399"),
         "rail": Material("#6a5f55"),
         "roof": Material("#96543f"),
+        "roof_flat": Material("#9b978f"),
         "soil": Material("#84775f", 1.0),
         "sign_back": Material("#80868c", 0.6, 0.4),
         "vegetation": Material("#5d8a48", 1.0),

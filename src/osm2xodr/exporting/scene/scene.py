@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
-from osm2xodr.exporting.scene.things import thing_parts
+from osm2xodr.exporting.scene.things import object_parts, signal_parts
 from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import Building, FloatArray
 from osm2xodr.opendrive import Frame, OpenDrive
@@ -28,12 +29,15 @@ _ORIGIN_GRID = 1000.0
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
+LAYERS: Final = ("roads", "marks", "objects", "signals", "structures", "ground", "buildings")
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Everything there is to see."""
 
     parts: tuple[Part, ...]
+    layers: tuple[str, ...]  # What each part belongs to: one of `LAYERS`
     origin: tuple[float, float, float]  # Inertial x, y, z that files count from, m
     notes: tuple[str, ...]  # Sentences about what the scene has not
 
@@ -70,24 +74,26 @@ def make_scene(
     surface, passage = settled(road_surface(file, tolerance, step), height)
     ground = build_ground(surface, rim_of(surface), height, tile)
     heights = SurfaceHeights(surface)
-    parts = [
-        *surface_parts(surface),
-        *mark_parts(file, heights, tolerance, step),
-        *thing_parts(file, heights),
-        *structure_parts(file, surface, heights, None if height is None else ground.heights),
-        *ground.parts,
-    ]
+    found: dict[str, Sequence[Part]] = {
+        "roads": surface_parts(surface),
+        "marks": mark_parts(file, heights, tolerance, step),
+        "objects": object_parts(file, heights),
+        "signals": signal_parts(file),
+        "structures": structure_parts(file, surface, heights, None if height is None else ground.heights),
+        "ground": ground.parts,
+    }
     notes = []
     if ground.unknown > 0:
         notes.append(f"no elevation model knows {ground.unknown:,.0f} m² around roads: there is no ground there")
     if buildings is not None:
         built = building_parts(*buildings, surface, passage, ground)
-        parts += built.parts
+        found["buildings"] = built.parts
         notes.append(_sentence(built.ids))
-    sound = [clean for part in parts if len((clean := _sound(part)).faces)]
+    sound = [(clean, layer) for layer, parts in found.items() for part in parts if len((clean := _sound(part)).faces)]
     if not sound:
         raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
-    return Scene(tuple(sound), _origin(surface.vertices), tuple(notes))
+    kept, layers = zip(*sound, strict=True)
+    return Scene(kept, layers, _origin(surface.vertices), tuple(notes))
 
 
 def _sentence(ids: Mapping[str, Sequence[str]]) -> str:

@@ -74,11 +74,17 @@ _HANGING: Final = 2.2
 _PLATE: Final = 0.02
 
 
-def thing_parts(file: OpenDrive, heights: SurfaceHeights) -> list[Part]:
-    """Return objects, signs and traffic lights."""
+def object_parts(file: OpenDrive, heights: SurfaceHeights) -> list[Part]:
+    """Return objects: what stands beside roads, and paint on them other than lane marks."""
     meshes = Meshes()
     for thing in in_layers(placed_objects(file)):
         _add_object(meshes, thing, heights)
+    return meshes.parts()
+
+
+def signal_parts(file: OpenDrive) -> list[Part]:
+    """Return signs and traffic lights."""
+    meshes = Meshes()
     signals = placed_signals(file)
     for signal, heading in zip(signals, headings(file, signals), strict=True):
         _add_signal(meshes, signal, heading)

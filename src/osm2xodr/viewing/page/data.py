@@ -16,6 +16,7 @@ from osm2xodr.shapes import Structures, mark_pattern, structures_of
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.credits import credits_of
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
+from osm2xodr.viewing.page.bodies import Bodies
 from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
 from osm2xodr.viewing.page.lanes import lane_arrays
@@ -52,6 +53,7 @@ class Subject:
     on_roads: list[WayOnRoad] | None
     structures: Structures  # Bridges and tunnels of each road
     objects: Objects
+    bodies: Bodies  # What is seen in 3D
 
 
 def make_subject(
@@ -60,6 +62,7 @@ def make_subject(
     frame: Frame | None,
     terrain: Terrain | None,
     cover: tuple[list[WayCover], list[WayOnRoad]] | None,
+    bodies: Bodies,
 ) -> Subject:
     """Combine what is known; bridges and tunnels are those of the file, or else those of OSM."""
     structures = structures_of(file)
@@ -72,7 +75,7 @@ def make_subject(
                 structures.setdefault(item.road, []).append(place)
     _add_connecting(file, structures)
     objects = objects_of(file, *origin_of(scene))
-    return Subject(file, scene, frame, terrain, covers, on_roads, structures, objects)
+    return Subject(file, scene, frame, terrain, covers, on_roads, structures, objects, bodies)
 
 
 def _add_connecting(file: OpenDrive, structures: Structures) -> None:
@@ -140,6 +143,7 @@ def page_arrays(subject: Subject) -> dict[str, Packed]:
         "contact": _whole(file.roads.contact.ravel()),
     }
     arrays |= subject.objects.arrays
+    arrays |= subject.bodies.arrays
     arrays |= lane_arrays(file, scene)
     if subject.terrain is not None:
         arrays["terrain"] = quantised(subject.terrain.z.ravel(), _TERRAIN_STEP)
@@ -177,6 +181,7 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         "object_types": subject.objects.types,
         "form_colours": subject.objects.colours,
         "drawing": drawing_rules(),
+        "bodies": subject.bodies.meshes,
         "credits": credits_of(file),
         "structures": {
             road: [[kind, rounded(begin), rounded(end), name] for kind, begin, end, name in items]

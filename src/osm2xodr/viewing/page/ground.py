@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.exporting import places_around, read_heights
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
-from osm2xodr.projection import make_frame, to_local
 from osm2xodr.surface import SurfaceOptions
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.scene import Scene
@@ -52,10 +52,11 @@ class HeightErrors:
 
 def read_ground(
     about: ReportOptions, scene: Scene, frame: Frame, diagnostics: Diagnostics
-) -> tuple[FloatArray, Terrain]:
+) -> tuple[FloatArray, Terrain, Callable[[FloatArray, FloatArray], FloatArray]]:
     """Return the height of the ground at the stations, (stations,), m, NaN where it is not measured, and on a grid.
 
-    Heights are those of the file: the header's offset is subtracted.
+    Heights are those of the file: the header's offset is subtracted. Also returned is what gives them at other
+    inertial x, y around the roads.
 
     Raises
     ------
@@ -64,25 +65,16 @@ def read_ground(
     CoverageError
         No elevation model has heights at the roads.
     """
-    # Loads slowly, and only pages with elevation models need it.
-    from osm2xodr.surface import read_surface
-
     columns, rows, corner, steps = _grid(scene)
     grid_x, grid_y = np.meshgrid(corner[0] + steps[0] * np.arange(columns), corner[1] + steps[1] * np.arange(rows))
-    x = np.concatenate((scene.x, grid_x.ravel()))
-    y = np.concatenate((scene.y, grid_y.ravel()))
-    lon, lat = frame.to_geographic(x, y)
-    roads = slice(0, len(scene.x))
-    # Elevation models are read in a local frame, whatever the projection of the file.
-    local = make_frame(float(np.mean(lat[roads])), float(np.mean(lon[roads])))
-    east, north = to_local(local, lon, lat)
+    around = places_around(scene.x, scene.y)
+    x = np.concatenate((around[0], grid_x.ravel()))
+    y = np.concatenate((around[1], grid_y.ravel()))
     # Heights are shown as they are, with trees and roofs if the model has them.
     options = SurfaceOptions(dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit)
-    surface = read_surface(about.dem, local, east, north, options, diagnostics)
-    z, measured = surface.heights(east, north)
-    z = np.where(measured, z, np.nan) - frame.offset[2]
-    terrain = Terrain(corner[0], corner[1], steps[0], steps[1], z[len(scene.x) :].reshape(rows, columns))
-    return z[roads], terrain
+    height, _ = read_heights(about.dem, frame, x, y, options, diagnostics)
+    z = height(grid_x.ravel(), grid_y.ravel()).reshape(rows, columns)
+    return height(scene.x, scene.y), Terrain(corner[0], corner[1], steps[0], steps[1], z), height
 
 
 def _grid(scene: Scene) -> tuple[int, int, tuple[float, float], tuple[float, float]]:

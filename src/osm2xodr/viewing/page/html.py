@@ -22,8 +22,9 @@ from osm2xodr.system import advance, release_memory, stage, stream_to
 from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
+from osm2xodr.viewing.page.bodies import bodies_of
 from osm2xodr.viewing.page.coverage import compare_with_osm
-from osm2xodr.viewing.page.data import Subject, make_subject, page_arrays, page_info
+from osm2xodr.viewing.page.data import Subject, make_subject, origin_of, page_arrays, page_info
 from osm2xodr.viewing.page.ground import read_ground
 from osm2xodr.viewing.page.packing import pack_arrays
 from osm2xodr.viewing.shell import filled, package_text, page_html
@@ -45,7 +46,7 @@ _SCRIPTS = (
     "details.js",
     "panel.js",
     "ground.js",
-    "things3d.js",
+    "bodies.js",
     "view3d.js",
     "main.js",
 )
@@ -137,7 +138,7 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
     """Read everything that the report is about."""
     scene = make_scene(file)
     frame, reason = frame_of(file.header)
-    terrain = cover = None
+    terrain = cover = height = None
     if options.osm is not None or options.dem:
         if frame is None:
             raise InputError(
@@ -146,11 +147,12 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
         if not len(scene.s):
             raise InputError(f"{file.path} has no road that can be drawn; there is nothing to compare")
     if options.dem and frame is not None:
-        ground, terrain = read_ground(options, scene, frame, diagnostics)
+        ground, terrain, height = read_ground(options, scene, frame, diagnostics)
         scene = dataclasses.replace(scene, ground=ground)
     if options.osm is not None and frame is not None:
         cover = compare_with_osm(options.osm, file, frame)
-    return make_subject(file, scene, frame, terrain, cover)
+    bodies = bodies_of(file, options, height, frame, scene, origin_of(scene), diagnostics)
+    return make_subject(file, scene, frame, terrain, cover, bodies)
 
 
 def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics) -> dict[str, Any]:
@@ -195,7 +197,7 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     if gap > 0.0:
         said = "no elevation model measured the height: hatched in the map, shaded in profiles"
         notes.append(f"On {gap / 1000.0:,.1f} km of roads ({max(100.0 * share, 0.1):.1f} %) {said}.")
-    notes += [item.message for item in diagnostics]
+    notes += [*subject.bodies.notes, *(item.message for item in diagnostics)]
     return {
         "title": options.title or name or file.path.name,
         "subtitle": f"{file.path.name} · OpenDRIVE {revision} · {length.sum() / 1000.0:,.1f} km",

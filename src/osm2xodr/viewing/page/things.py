@@ -19,13 +19,11 @@ from osm2xodr.shapes import (
     SYMBOL,
     Area,
     Disc,
-    PlacedObject,
     Symbol,
     face_of,
     forms_of,
     headings,
     in_layers,
-    is_painted,
     placed_objects,
     placed_signals,
     type_of,
@@ -43,7 +41,6 @@ class Objects:
 
     types: list[str]  # Of each object
     colours: list[str]  # Of forms
-    # Of the road at each object, of the object's foot above the road, and of its body are the heights
     arrays: dict[str, Packed]
 
 
@@ -80,8 +77,6 @@ def objects_of(file: OpenDrive, x0: float, y0: float) -> Objects:
         "object_x": quantised(np.array([thing.x - x0 for thing in things]), _CENTIMETRE),
         "object_y": quantised(np.array([thing.y - y0 for thing in things]), _CENTIMETRE),
         "object_z": quantised(np.array([thing.z for thing in things]), _CENTIMETRE),
-        "object_foot": quantised(np.array([thing.item.z_offset for thing in things]), _CENTIMETRE),
-        "object_height": quantised(np.array([_height(thing) for thing in things]), _CENTIMETRE),
         "form_object": np.array(owner, np.int32),
         "form_kind": np.array(kind, np.int32),
         "form_colour": np.array(colour, np.int32),
@@ -92,11 +87,6 @@ def objects_of(file: OpenDrive, x0: float, y0: float) -> Objects:
         "form_y": quantised(places[:, 1] - y0, _CENTIMETRE),
     }
     return Objects([type_of(thing) for thing in things], list(colours), arrays)
-
-
-def _height(thing: PlacedObject) -> float:
-    """Return the height of an object's body, m; 0 if it is flat, NaN if the file does not say it."""
-    return 0.0 if is_painted(thing) else thing.item.height
 
 
 def signal_info(file: OpenDrive, x0: float, y0: float) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from osm2xodr.exporting.scene.buildings import Buildings, building_parts
 from osm2xodr.exporting.scene.ground import build_ground
 from osm2xodr.exporting.scene.roads import rim_of
 
+ROOFS = ("roof", "roof_flat")
 ROAD = straight([(float(x), 20.0) for x in range(-60, 61, 20)])
 
 
@@ -50,15 +51,16 @@ def built(
     return building_parts(buildings, frame(), surface, passage, ground)
 
 
-def corners(found: Buildings, material: str) -> FloatArray:
-    (part,) = (part for part in found.parts if part.material == material)
-    assert part.name == "Building"
-    return part.vertices[part.faces]
+def corners(found: Buildings, *materials: str) -> FloatArray:
+    """Return the triangles of some materials; those of all roofs are ``roof`` and ``roof_flat``."""
+    parts = [part for part in found.parts if part.material in materials]
+    assert [part.name for part in parts] == ["Building"] * len(materials)
+    return np.concatenate([part.vertices[part.faces] for part in parts])
 
 
 def volume(found: Buildings, floor: float) -> float:
     """Return what lies between the roof and a height, m³, as walls close it."""
-    roof = corners(found, "roof")
+    roof = corners(found, *ROOFS)
     _, plan = areas(roof)
     assert (plan > 0).all(), "roofs look up"
     return float((plan * (roof[:, :, 2].mean(1) - floor)).sum())
@@ -66,7 +68,7 @@ def volume(found: Buildings, floor: float) -> float:
 
 def assert_closed(found: Buildings) -> None:
     """Every upper edge of a wall is one of a roof, the other way round."""
-    roof, walls = (edges_of(corners(found, name).round(6)) for name in ("roof", "wall"))
+    roof, walls = (edges_of(corners(found, *names).round(6)) for names in (ROOFS, ("wall",)))
     free = [edge for edge in roof if edge[::-1] not in roof]
     assert free
     assert [edge for edge in free if edge[::-1] not in walls] == []
@@ -93,7 +95,7 @@ def assert_closed(found: Buildings) -> None:
 )
 def test_heights_and_roofs(tags: dict[str, Any], eaves: float, ridge: float, content: float) -> None:
     found = built(box(0.0, 20.0, 20.0, 30.0, **tags))
-    roof = corners(found, "roof")[:, :, 2]
+    roof = corners(found, *ROOFS)[:, :, 2]
     assert roof.max() == pytest.approx(ridge)
     assert roof.min() == pytest.approx(eaves)
     assert volume(found, 20.0) == pytest.approx(content, rel=1e-6)
@@ -107,11 +109,11 @@ def test_heights_and_roofs(tags: dict[str, Any], eaves: float, ridge: float, con
 def test_guesses_are_counted_and_not_buried() -> None:
     found = built(box(20.0, 20.0, 40.0, 30.0, kind="apartments"), slope=0.0)
     assert found.ids == {"drawn": ("way/1",), "guessed": ("way/1",)}
-    assert corners(found, "roof")[:, :, 2].max() == pytest.approx(20 + 4 * 3.0)
+    assert corners(found, *ROOFS)[:, :, 2].max() == pytest.approx(20 + 4 * 3.0)
     road = strips(straight([(float(x), 20.0 + 0.5 * x) for x in range(-60, 61, 20)]))
     steep = built(box(20.0, 40.0, 40.0, 50.0, kind="garage"), surface=road, slope=0.5)
     # From 30 to 40 m: one storey above the upper side.
-    assert corners(steep, "roof")[:, :, 2].max() == pytest.approx(43.0)
+    assert corners(steep, *ROOFS)[:, :, 2].max() == pytest.approx(43.0)
     assert corners(steep, "wall")[:, :, 2].min() == pytest.approx(29.5)
 
 
@@ -127,7 +129,7 @@ def test_walls_look_outwards() -> None:
 def test_courtyards_stay_open() -> None:
     yard = places([(5.0, 23.0), (15.0, 23.0), (15.0, 27.0), (5.0, 27.0)])
     found = built(replace(box(0.0, 20.0, 20.0, 30.0, height=5.0), holes=(yard,)))
-    assert areas(corners(found, "roof"))[1].sum() == pytest.approx(200 - 40)
+    assert areas(corners(found, *ROOFS))[1].sum() == pytest.approx(200 - 40)
     assert areas(corners(found, "wall"))[0].sum() == pytest.approx((60 + 28) * 5.5)
     assert_closed(found)
 
@@ -135,7 +137,7 @@ def test_courtyards_stay_open() -> None:
 def test_roads_are_left_free() -> None:
     # The road reaches from -4 to 4.
     found = built(box(0.0, 1.0, 20.0, 11.0, height=5.0))
-    roof = corners(found, "roof")
+    roof = corners(found, *ROOFS)
     assert roof[:, :, 1].min() == pytest.approx(4.0)
     assert areas(roof)[1].sum() == pytest.approx(20 * 7)
     assert found.ids == {"clipped": ("way/1",), "drawn": ("way/1",)}
@@ -155,7 +157,7 @@ def test_buildings_go_on_above_passages() -> None:
     surface = strips(straight([(-60.0, 20.0), (0.0, 20.0), (20.0, 20.0), (60.0, 20.0)], levels))
     found = built(box(5.0, -10.0, 15.0, 10.0, height=12.0), surface=surface, passage=surface.level == Level.TUNNEL)
     assert found.ids == {"drawn": ("way/1",)}
-    assert areas(corners(found, "roof"))[1].sum() == pytest.approx(10 * 20)
+    assert areas(corners(found, *ROOFS))[1].sum() == pytest.approx(10 * 20)
     walls = corners(found, "wall")
     area, plan = areas(walls)
     # The ceiling hangs 4.5 m above the road and looks down.
@@ -192,7 +194,7 @@ def test_outlines_that_cross_themselves_are_repaired() -> None:
     bow = replace(box(0.0, 20.0, 20.0, 30.0, height=5.0), outline=places([(0, 20), (20, 30), (20, 20), (0, 30)]))
     found = built(bow)
     assert found.ids == {"drawn": ("way/1",), "repaired": ("way/1",)}
-    assert areas(corners(found, "roof"))[1].sum() == pytest.approx(100)
+    assert areas(corners(found, *ROOFS))[1].sum() == pytest.approx(100)
 
 
 def test_there_may_be_no_buildings() -> None:

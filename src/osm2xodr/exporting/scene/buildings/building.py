@@ -28,7 +28,7 @@ _STEP = 2.5
 class Buildings:
     """Buildings of a scene, and what became of those that were given."""
 
-    parts: tuple[Part, ...]  # ``Building`` of the materials ``wall`` and ``roof``
+    parts: tuple[Part, ...]  # ``Building`` of the materials ``wall``, ``roof`` and ``roof_flat``
     # OSM ids of buildings: ``drawn``; of these ``guessed`` (no tag gives a height), ``flat`` (whose roof has another
     # shape), ``clipped`` (roads take some of their area) and ``repaired`` (outlines that cross themselves); left out
     # ``on_roads`` (these take most of their area) and ``off_ground``

@@ -51,10 +51,18 @@ def meshes_of(blocks: Sequence[Block]) -> tuple[Part, ...]:
     floors[..., 2] = low[owner[hangs], None]
     standing = np.concatenate([walls, floors]).reshape(-1, 3)
     standing_uv = np.concatenate([walls_uv, floors[..., :2]]).reshape(-1, 2)
+    flat = np.array([block.shape == "flat" for block in blocks])[owner]
     return (
         Part(_NAME, "wall", standing, standing_uv, np.arange(len(standing)).reshape(-1, 3)),
-        Part(_NAME, "roof", vertices, vertices[:, :2].copy(), faces),
+        _roofs("roof", vertices, faces[~flat]),
+        _roofs("roof_flat", vertices, faces[flat]),
     )
+
+
+def _roofs(material: str, vertices: FloatArray, faces: IntArray) -> Part:
+    """Return triangles of roofs of one material, with the vertices that they have."""
+    used, number = np.unique(faces, return_inverse=True)
+    return Part(_NAME, material, vertices[used], vertices[used, :2], number.reshape(-1, 3))
 
 
 def _roof(block: Block) -> FloatArray:

@@ -36,6 +36,16 @@ function colouring(data, mode) {
   return { lane: null, station: (i) => colour(value(i)) };
 }
 
+/** Return the mode of surfaces as they are built: a legend of the materials of what lies and stands on the ground. */
+function builtMode(info) {
+  const shown = new Map();
+  for (const [layer, material, colour] of info.bodies) {
+    if (["roads", "ground", "buildings"].includes(layer) && !material.startsWith("#")) shown.set(material, colour);
+  }
+  const entries = Array.from(shown, ([material, colour]) => [material, colour, material.replaceAll("_", " "), true]);
+  return { key: "built", label: "as built", title: "Surfaces", kind: "category", entries };
+}
+
 /** Return the function that gives the value of a mode at a station, in the unit of its legend. */
 function stationValue(data, key) {
   if (key === "height") return (i) => data.z[i];

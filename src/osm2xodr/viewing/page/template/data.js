@@ -73,10 +73,10 @@ async function readData() {
     roadLength: scaled(raw.road_length, 0.01), roadJunction: raw.road_junction,
     laneTraffic: raw.lane_traffic, stepStart: raw.step_start, stepEnd: raw.step_end,
     objectRoad: raw.object_road, objectX: scaled(raw.object_x, 0.01), objectY: scaled(raw.object_y, 0.01), objectZ: scaled(raw.object_z, 0.01),
-    objectFoot: scaled(raw.object_foot, 0.01), objectHeight: scaled(raw.object_height, 0.01),
     formObject: raw.form_object, formKind: raw.form_kind, formColour: raw.form_colour, formSize: scaled(raw.form_size, 0.01),
     formLeast: scaled(raw.form_least, 0.1), formStart: raw.form_start, formX: scaled(raw.form_x, 0.01), formY: scaled(raw.form_y, 0.01),
     linkKind: raw.link_kind, link: raw.link, contact: raw.contact,
+    bodyX: scaled(raw.body_x || [], 0.01), bodyY: scaled(raw.body_y || [], 0.01), bodyZ: scaled(raw.body_z || [], 0.01), bodyFace: raw.body_face || new Int32Array(0),
     terrain: raw.terrain ? scaled(raw.terrain, 0.1) : null,
   };
   place(data);

@@ -2,6 +2,7 @@
 
 /** Return the layers of this page: key, label, and whether it is shown at first. */
 function layersOf(info) {
+  const has = (layer) => info.bodies.some((row) => row[0] === layer);
   return [
     ["roads", "lanes", info.road.id.length],
     ["marks", "lane marks", info.marks.some((lines) => lines.length)],
@@ -10,7 +11,9 @@ function layersOf(info) {
     ["junctions", "junctions", info.junctions.id.length],
     ["names", "names", info.road.name.some(Boolean)],
     ["findings", "findings", info.findings.length],
-    ["ground", "ground", info.terrain],
+    ["ground", "ground", info.terrain || has("ground")],
+    ["structures", "bridges, tunnels (3D)", has("structures")],
+    ["buildings", "buildings (3D)", has("buildings")],
   ].filter((row) => row[2]);
 }
 

@@ -7,6 +7,8 @@ async function start() {
   $("subtitle").textContent = info.subtitle;
   $("credits").textContent = info.credits;
   $("credits").title = info.credits;
+  // What roads look like in 3D unless a colour is chosen.
+  const built = info.bodies.length ? builtMode(info) : null;
   const state = { road: -1, signal: -1, pieces: [], route: null, ends: [], picking: false, mode: info.modes.find((mode) => mode.key === info.first_mode), view: "2d", scene: null };
   const actions = {
     openRoad: (road, s, move) => openRoad(road, s, move),
@@ -31,22 +33,31 @@ async function start() {
     return hills.get(dark);
   }
 
-  function look() {
+  /** Return the mode of the view that is seen. */
+  function modeSeen() {
+    return state.view === "3d" ? state.mode3d : state.mode;
+  }
+
+  function look(mode) {
     const css = getComputedStyle(document.documentElement), of = (name) => css.getPropertyValue(name).trim();
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     return {
-      colour: colouring(data, state.mode), dark, hill: hill(dark),
+      colour: mode === built ? null : colouring(data, mode), built: mode === built, dark, hill: hill(dark),
       ink: of("--ink"), halo: of("--halo"), soft: of("--soft"), ground: of("--ground"), edge: dark ? "#8b98a5" : "#3d4853",
       layers: layers.shown,
     };
   }
 
   function recolour() {
-    state.look = look();
+    state.look = look(state.mode);
     map.show(state.look);
-    if (state.scene) state.scene.show(state.look);
-    showLegend($("legend"), state.mode, symbols());
+    if (state.scene) state.scene.show(look(state.mode3d));
+    legend();
     remember();
+  }
+
+  function legend() {
+    showLegend($("legend"), modeSeen(), state.view === "3d" && modeSeen() === built ? [] : symbols());
   }
 
   /** Return what the legend explains besides colours. */
@@ -159,6 +170,13 @@ async function start() {
     $("place").textContent = parts.join("  ·  ");
   }
 
+  /** A colour is for both views, what roads look like for 3D alone. */
+  function choose(key) {
+    const mode = info.modes.find((item) => item.key === key);
+    if (mode) state.mode = state.mode3d = mode;
+    else if (built && key === built.key) state.mode3d = built;
+  }
+
   function show2d() {
     state.view = "2d";
     $("scene").hidden = true;
@@ -174,7 +192,7 @@ async function start() {
     try {
       const library = await loadThree();
       state.scene = new RoadScene(data, actions, library);
-      state.scene.show(state.look);
+      state.scene.show(look(state.mode3d));
       $("scene-message").textContent = "";
       const { center, metres } = seen();
       state.scene.look(center.lng, center.lat, metres);
@@ -207,12 +225,16 @@ async function start() {
   function press() {
     $("view-2d").setAttribute("aria-pressed", String(state.view === "2d"));
     $("view-3d").setAttribute("aria-pressed", String(state.view === "3d"));
+    const option = $("mode").querySelector("option[value=built]");
+    if (option) option.hidden = option.disabled = state.view !== "3d";
+    $("mode").value = modeSeen().key;
+    legend();
     remember();
   }
 
   /** Keep what is shown in the address, so that it can be shared. */
   function remember() {
-    const words = [`mode=${state.mode.key}`];
+    const words = [`mode=${modeSeen().key}`];
     if (state.road >= 0) words.push(`road=${encodeURIComponent(info.road.id[state.road])}`);
     if (state.route) words.push(`route=${state.ends.flat().map((value, k) => (value + info.origin[k % 2]).toFixed(1)).join(",")}`);
     if (state.signal >= 0) words.push(`signal=${encodeURIComponent(Object.fromEntries(info.signals[state.signal][9]).id || "")}`);
@@ -221,8 +243,8 @@ async function start() {
     try { history.replaceState(null, "", "#" + words.join("&")); } catch { /* Some browsers forbid it for local files. */ }
   }
 
-  for (const mode of info.modes) $("mode").append(el("option", { value: mode.key }, mode.label));
-  $("mode").addEventListener("change", () => { state.mode = info.modes.find((mode) => mode.key === $("mode").value); if (state.mode.key === "finding") layers.set("findings", true); recolour(); });
+  for (const mode of built ? [built, ...info.modes] : info.modes) $("mode").append(el("option", { value: mode.key }, mode.label));
+  $("mode").addEventListener("change", () => { choose($("mode").value); if (modeSeen().key === "finding") layers.set("findings", true); recolour(); });
   $("view-2d").addEventListener("click", show2d);
   $("view-3d").addEventListener("click", show3d);
   $("reset").addEventListener("click", () => { const { center, metres } = seen(); state.scene.look(center.lng, center.lat, metres); });
@@ -231,10 +253,11 @@ async function start() {
   document.addEventListener("keydown", (event) => { if (event.key === "Escape" && state.picking) { state.ends = []; map.markEnds([]); pick(false); } });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { recolour(); profile.show(state.pieces, $("profile-title").textContent, state.route !== null); });
   addSearch(data, actions);
-  state.mode = info.modes.find((mode) => mode.key === wish.get("mode")) || state.mode;
-  $("mode").value = state.mode.key;
+  state.mode3d = built || state.mode;
+  choose(wish.get("mode"));
   const road = info.road.id.indexOf(wish.get("road") || "\u0000");
   recolour();
+  press();
   panel.open(wish.get("tab") || "overview");
   $("message").textContent = info.road.id.length ? "" : "The file has no roads.";
   const signal = wish.has("signal") ? info.signals.findIndex((row) => Object.fromEntries(row[9]).id === wish.get("signal")) : -1;

@@ -10,6 +10,7 @@ async function loadThree() {
 }
 
 const DETAILS_TO = 3000; // m: from farther away marks and furniture are too small to be seen
+const SIGN_FOOT = 2.2, SIGN_HALF = 0.5; // m: where signs hang if the file does not say, and half their size
 
 class RoadScene {
   constructor(data, actions, library) {
@@ -27,17 +28,13 @@ class RoadScene {
     this.controls.zoomToCursor = true;
     this.controls.listenToKeyEvents($("canvas"));
     this.controls.addEventListener("change", () => this.draw());
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f86, 2.2));
-    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
-    sun.position.set(-1, 1, 2);
-    this.scene.add(sun);
+    this.light = new Daylight(THREE, this.scene, this.renderer, data.bodyFace.length / 3);
     this.world = new THREE.Group();
     this.scene.add(this.world);
     this.base = this.lowest();
     this.addRoads();
     this.addLines();
-    this.addTerrain();
-    this.addThings();
+    this.addBodies();
     this.addFindings();
     new ResizeObserver(() => this.resize()).observe($("scene"));
     $("exaggeration").addEventListener("input", () => this.exaggerate());
@@ -129,15 +126,15 @@ class RoadScene {
     this.world.add(this.terrain);
   }
 
-  addThings() {
-    const three = this.THREE, [paint, solid] = objectBodies(this.data, this.base, three), signs = signalBody(this.data, this.base, three);
-    this.marks = markBody(this.data, this.base).mesh(three, { lifted: true, lit: false });
-    this.paint = paint.mesh(three, { lifted: true, lit: false });
-    this.objects = solid.mesh(three);
-    this.signals = signs.body.mesh(three, { lit: false });
-    this.faceSignal = signs.owner;
-    for (const mesh of [this.marks, this.paint, this.objects, this.signals]) this.world.add(mesh);
+  /** The scene of the page, or else its lanes above the grid of the ground. */
+  addBodies() {
+    this.bodies = bodyMeshes(this.data, this.base, this.THREE);
+    if (!this.hasBodies()) { this.addTerrain(); return; }
+    for (const group of Object.values(this.bodies)) this.world.add(group);
+    $("exaggeration").value = "1";
   }
+
+  hasBodies() { return this.data.info.bodies.length > 0; }
 
   /** Points of a size in pixels, over everything: what is found, and what is marked. */
   points(places, colours, size) {
@@ -168,7 +165,7 @@ class RoadScene {
     const places = [], colours = [];
     signals.forEach((k, rank) => {
       const [, x, y, z, , foot] = this.data.info.signals[k], colour = new this.THREE.Color(rank ? "#00b7c7" : "#d6007f");
-      places.push(x, y, (z ?? this.base) - this.base + (foot > 0.3 ? foot : 2.2) + 1.6);
+      places.push(x, y, (z ?? this.base) - this.base + (foot > 0.3 ? foot : SIGN_FOOT) + 1.6);
       colours.push(colour.r, colour.g, colour.b);
     });
     if (places.length) this.spots = this.points(places, colours, 13);
@@ -176,6 +173,22 @@ class RoadScene {
   }
 
   show(look) {
+    const built = look.built && this.hasBodies(), [west, south, east, north] = this.data.info.bounds;
+    if (!built) this.paintLanes(look);
+    this.light.show(built, look.ground, Math.max(2000, east - west, north - south));
+    dress(this.bodies, built, look.dark);
+    const { layers } = look;
+    for (const [mesh, shown] of [[this.roads, layers.roads && !built], [this.lines, layers.roads && !built], [this.findings, layers.findings], [this.terrain, layers.ground]]) {
+      if (mesh) mesh.visible = Boolean(shown);
+    }
+    for (const [layer, group] of Object.entries(this.bodies)) group.visible = Boolean(layers[layer]) && (layer !== "roads" || built);
+    this.details = ["marks", "objects", "signals"].map((layer) => this.bodies[layer]).filter((group) => group?.visible);
+    if (this.terrain) this.terrain.material.color.set(look.dark ? "#4a5347" : "#b9c2ab");
+    this.draw();
+  }
+
+  /** Give lanes the colours of a mode. */
+  paintLanes(look) {
     const data = this.data, colours = this.roads.geometry.getAttribute("color"), array = colours.array;
     const cache = new Map();
     const number = (colour) => {
@@ -200,19 +213,13 @@ class RoadScene {
       }
     }
     colours.needsUpdate = lines.needsUpdate = true;
-    this.scene.background = new this.THREE.Color(look.ground);
-    const layers = look.layers, all = [[this.roads, layers.roads], [this.lines, layers.roads], [this.marks, layers.marks], [this.paint, layers.objects],
-      [this.objects, layers.objects], [this.signals, layers.signals], [this.findings, layers.findings], [this.terrain, layers.ground]];
-    for (const [mesh, shown] of all) if (mesh) mesh.visible = Boolean(shown);
-    this.details = [this.marks, this.paint, this.objects, this.signals].filter((mesh) => mesh.visible);
-    if (this.terrain) this.terrain.material.color.set(look.dark ? "#4a5347" : "#b9c2ab");
-    this.draw();
   }
 
   exaggerate() {
     const factor = Number($("exaggeration").value);
     $("exaggeration-out").textContent = String(factor);
     this.world.scale.z = factor;
+    this.light.lit = null;
     this.draw();
   }
 
@@ -232,8 +239,6 @@ class RoadScene {
     const z = (found ? between(this.data.z, found) - this.base : 0) * this.world.scale.z;
     this.controls.target.set(x, y, z);
     this.camera.position.set(x - 0.25 * metres, y - 0.75 * metres, z + 0.62 * metres);
-    this.camera.near = metres / 400; this.camera.far = metres * 40 + 3e4;
-    this.camera.updateProjectionMatrix();
     this.controls.update();
     this.draw();
   }
@@ -266,10 +271,26 @@ class RoadScene {
       const at = new this.THREE.Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
       const ray = new this.THREE.Raycaster();
       ray.setFromCamera(at, this.camera);
-      const first = (mesh) => (mesh.visible ? ray.intersectObject(mesh)[0] : undefined), hit = first(this.roads), sign = first(this.signals);
-      if (sign && (!hit || sign.distance <= hit.distance)) this.actions.openSignal(this.faceSignal[sign.faceIndex]);
+      // What hides a road hides it from clicks as well; lanes are there to be found although surfaces are seen.
+      const hidden = [this.bodies.buildings, this.bodies.ground].filter((group) => group?.visible && !group.children[0].material.transparent);
+      const before = ray.intersectObjects(hidden)[0]?.distance ?? Infinity;
+      const shown = this.roads.visible || this.bodies.roads?.visible, found = shown ? ray.intersectObject(this.roads)[0] : undefined;
+      const hit = found && found.distance < before + 1 ? found : undefined, sign = this.signalAt(ray, Math.min(before, hit?.distance ?? Infinity) + 1);
+      if (sign >= 0) this.actions.openSignal(sign);
       else if (hit && !this.actions.routeClick(hit.point.x, hit.point.y, event.shiftKey)) this.actions.openRoad(this.data.stripRoad[this.stripOf(hit.faceIndex)]);
     });
+  }
+
+  /** Return the nearest signal that a ray meets before a distance; -1 for none. */
+  signalAt(ray, before) {
+    let best = -1, least = before;
+    if (!this.bodies.signals?.visible) return best;
+    this.data.info.signals.forEach(([, x, y, z, , foot], k) => {
+      const place = new this.THREE.Vector3(x, y, ((z ?? this.base) - this.base + (foot > 0.3 ? foot : SIGN_FOOT) + SIGN_HALF) * this.world.scale.z);
+      const distance = place.distanceTo(this.camera.position);
+      if (distance < least && ray.ray.distanceToPoint(place) < Math.max(SIGN_HALF, 0.006 * distance)) { best = k; least = distance; }
+    });
+    return best;
   }
 
   stripOf(face) {
@@ -287,7 +308,11 @@ class RoadScene {
     requestAnimationFrame(() => {
       this.waiting = false;
       const near = this.camera.position.distanceTo(this.controls.target) < DETAILS_TO;
-      for (const mesh of this.details) mesh.visible = near;
+      for (const group of this.details) group.visible = near;
+      const away = this.camera.position.distanceTo(this.controls.target);
+      this.camera.near = Math.max(0.2, away / 300); this.camera.far = 40 * away + 3e4;
+      this.camera.updateProjectionMatrix();
+      this.light.follow(this.camera, this.controls.target);
       this.renderer.render(this.scene, this.camera);
     });
   }
