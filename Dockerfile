@@ -8,7 +8,7 @@ RUN apt-get update && apt-get install -y --no-install-recommends libexpat1 && ap
 COPY pyproject.toml README.md LICENSE /source/
 COPY src /source/src
 COPY docs /source/docs
-RUN pip install --no-cache-dir '/source[batch,check]' && rm -rf /source
+RUN pip install --no-cache-dir '/source[batch,check,scene]' && rm -rf /source
 WORKDIR /data
 ENTRYPOINT ["osm2xodr"]
 CMD ["--help"]

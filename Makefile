@@ -115,7 +115,7 @@ distclean: clean
 
 # The stamps say what was installed into .venv; a change of pyproject.toml installs anew.
 $(VENV)/.run: pyproject.toml | $(BIN)/python
-	$(PIP) install --quiet --editable .
+	$(PIP) install --quiet --editable '.[scene]'
 	@touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
