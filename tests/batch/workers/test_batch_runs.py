@@ -99,7 +99,9 @@ def test_nobody_can_reach_the_workers(forty: Forty) -> None:
 
 def test_bad_areas_fail_with_a_sentence_each(forty: Forty) -> None:
     assert forty.status == 1
-    first, *errors = [line for line in forty.said.splitlines() if line.startswith("osm2xodr: ")]
+    lines = [line for line in forty.said.splitlines() if line.startswith("osm2xodr: ")]
+    # Slow machines have lines of progress before the summary.
+    first, *errors = [line for line in lines if f" of {AREAS} areas" not in line]
     assert first.startswith(f"osm2xodr: {AREAS} areas in "), forty.said
     assert first.endswith(f" s: {AREAS - 3} done, 3 failed; see out"), forty.said
     assert len(errors) == 3, forty.said
