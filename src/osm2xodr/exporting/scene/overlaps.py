@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
+from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.exporting.scene.lane_faces import LaneFaces
@@ -67,7 +67,7 @@ def groups_of(faces: LaneFaces) -> IntArray:
     kept = np.abs(apart) < LEVEL_APART
     one, other = one[kept], other[kept]
     n = len(faces.road)
-    _, label = connected_components(coo_array((np.ones(len(one)), (one, other)), shape=(n, n)), directed=False)
+    _, label = connected_components(coo_matrix((np.ones(len(one)), (one, other)), shape=(n, n)), directed=False)
     out = np.full(n, -1)
     rows = np.unique(np.concatenate([one, other]))
     out[rows] = np.unique(label[rows], return_inverse=True)[1]

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
+from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -47,7 +47,7 @@ def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
     first = np.full(len(unique), len(xy))
     np.minimum.at(first, inverse, np.arange(len(xy)))
     pairs = cKDTree(unique).query_pairs(ONE_PLACE, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
     count, label = connected_components(graph, directed=False)
     lead = np.full(count, len(xy))
     np.minimum.at(lead, label, first)
