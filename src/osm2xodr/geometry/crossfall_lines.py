@@ -33,6 +33,7 @@ from osm2xodr.geometry.heights import (
     ProfileProblem,
     either_profile,
     end_poses,
+    hermite_cubics,
     one_way_fast_ends,
     only_curves,
     spread_curves,
@@ -85,26 +86,17 @@ class Kinked:
 
     def records(self) -> CubicProfile:
         """Return the cubics, those that only continue the one before joined with it."""
-        profile, into = self._cubics()
-        h = np.delete(np.diff(self.s), self.start[1:-1] - 1)
+        profile = hermite_cubics(self.start, self.s, self.value, self.before, self.after)
+        begin = np.delete(np.arange(len(self.s)), self.start[1:] - 1)
+        h, into = self.s[begin + 1] - self.s[begin], self.before[begin + 1]
         bend = np.diff(profile.c) - 3 * profile.d[:-1] * h[:-1]
         steps = (profile.b[1:] - into[:-1], bend, np.diff(profile.d))
         same = sum((np.abs(step) * h[1:] ** k for k, step in enumerate(steps, 1)), np.zeros(len(bend))) < _SAME_CUBIC
         keep = np.ones(len(self.s), bool)
-        keep[(np.arange(len(h)) + owners(profile.start))[1:][same]] = False
+        keep[begin[1:][same]] = False
         keep[self.start[:-1]] = True
-        at = np.flatnonzero(keep)
-        columns = (column[at] for column in (self.s, self.value, self.before, self.after))
-        return Kinked(starts(np.bincount(self.curve[at])), *columns)._cubics()[0]
-
-    def _cubics(self) -> tuple[CubicProfile, FloatArray]:
-        """Return a cubic from each place to the next, and the slopes at which these end."""
-        a = np.delete(np.arange(len(self.s)), self.start[1:] - 1)
-        h = self.s[a + 1] - self.s[a]
-        secant, out, into = (self.value[a + 1] - self.value[a]) / h, self.after[a], self.before[a + 1]
-        first = (self.start - np.arange(len(self.start))).astype(np.int64)
-        bend, third = (3 * secant - 2 * out - into) / h, (out + into - 2 * secant) / h**2
-        return CubicProfile(first, self.s[a], self.value[a], out, bend, third), into
+        columns = (column[keep] for column in (self.s, self.value, self.before, self.after))
+        return hermite_cubics(starts(np.bincount(self.curve[keep])), *columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,8 @@ import numpy as np
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Twice the area of the smallest triangle, m²: a choice, below what can be seen.
-_LEAST_AREA: Final = 1e-6
+# The area of the smallest triangle, m²: a choice, below what can be seen.
+_LEAST_AREA: Final = 5e-7
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ def in_single_precision(tile: Tile, middle: Sequence[float]) -> Tile:
     return replace(tile, parts=tuple(parts))
 
 
-def has_area(vertices: FloatArray, faces: IntArray) -> BoolArray:
-    """Return which triangles (m, 3) of vertices (n, 3), m, are more than a line; those of unknown corners are not."""
+def has_area(vertices: FloatArray, faces: IntArray, least: float = _LEAST_AREA) -> BoolArray:
+    """Return which triangles (m, 3) of vertices (n, 3), m, exceed `least`, m²; unknown corners never do."""
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     twice = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    out: BoolArray = np.isfinite(twice) & (twice > _LEAST_AREA)
+    out: BoolArray = np.isfinite(twice) & (twice > 2.0 * least)
     return out
 
 

@@ -17,7 +17,7 @@ from osm2xodr.geometry.heights.problem import (
     parse_grade_limits,
 )
 from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
-from osm2xodr.geometry.heights.records import either_profile, only_curves, spread_curves
+from osm2xodr.geometry.heights.records import either_profile, hermite_cubics, only_curves, spread_curves
 from osm2xodr.geometry.heights.report import tolerated_grade
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "end_poses",
     "end_state",
     "ground_around",
+    "hermite_cubics",
     "levels_at",
     "one_way_fast_ends",
     "only_curves",

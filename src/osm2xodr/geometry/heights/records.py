@@ -51,15 +51,25 @@ def level_profile(value: FloatArray) -> CubicProfile:
 
 def hermite_records(knots: Knots) -> CubicProfile:
     """Return the cubics through all knots."""
-    start, s, value, slope = knots.start, knots.s, knots.value, knots.slope
+    return hermite_cubics(knots.start, knots.s, knots.value, knots.slope, knots.slope)
+
+
+def hermite_cubics(
+    start: IntArray, s: FloatArray, value: FloatArray, before: FloatArray, after: FloatArray
+) -> CubicProfile:
+    """Return the cubics from each knot to the next one of its curve.
+
+    `start`, (curves + 1,), has the index of each curve's first knot. At the knots, (knots,), the slope is `before` up
+    to them and `after` from them on.
+    """
     a = np.setdiff1d(np.arange(len(s)), start[1:] - 1)
     b = a + 1
     h = s[b] - s[a]
     secant = (value[b] - value[a]) / h
-    c = (3 * secant - 2 * slope[a] - slope[b]) / h
-    d = (slope[a] + slope[b] - 2 * secant) / (h * h)
+    c = (3 * secant - 2 * after[a] - before[b]) / h
+    d = (after[a] + before[b] - 2 * secant) / (h * h)
     first = (start - np.arange(len(start))).astype(np.int64)
-    return CubicProfile(first, s[a], value[a], slope[a], c, d)
+    return CubicProfile(first, s[a], value[a], after[a], c, d)
 
 
 def short_numbers(knots: Knots) -> Knots:

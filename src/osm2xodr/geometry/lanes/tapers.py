@@ -151,18 +151,17 @@ def _shifts(
     As far to one side as to the other; between two zones each has half of the room, on a road from `begin` to `end`;
     none reaches beyond a joint.
     """
-    last = end
-    borders = [begin, *((a + b) / 2 for a, b in zip(ends[:-1], starts[1:], strict=True)), last]
+    borders = [begin, *((a + b) / 2 for a, b in zip(ends[:-1], starts[1:], strict=True)), end]
     out = []
     for k, change in enumerate(changes):
-        start, end = starts[k], ends[k]
-        lower = max((s for s in joints if s <= start), default=begin)
-        upper = min((s for s in joints if s >= end), default=last)
-        room = min(start - max(borders[k], lower), min(borders[k + 1], upper) - end)
-        more = max(min(room, (change.gentle - end + start) / 2), 0.0)
-        roomy = end - start + 2 * more >= defaults.GENTLEST_SHIFT * change.shift
+        first, last = starts[k], ends[k]
+        lower = max((s for s in joints if s <= first), default=begin)
+        upper = min((s for s in joints if s >= last), default=end)
+        room = min(first - max(borders[k], lower), min(borders[k + 1], upper) - last)
+        more = max(min(room, (change.gentle - last + first) / 2), 0.0)
+        roomy = last - first + 2 * more >= defaults.GENTLEST_SHIFT * change.shift
         gentle = change.gentle > 0.0 and roomy and (more > 0.0 or not change.at_once)
-        out.append((start - more, end + more, True) if gentle else (start, end, False))
+        out.append((first - more, last + more, True) if gentle else (first, last, False))
     return out
 
 

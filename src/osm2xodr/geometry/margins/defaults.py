@@ -35,5 +35,3 @@ CORNER_ONTO_LANE: Final = 0.3
 # Values of OSM's ``highway`` of arms without sidewalks that sidewalks run past: who leaves these yields, over a
 # lowered kerb (StVO section 10).
 PASSED_HIGHWAYS: Final = ("service", "track")
-# Cosine of the largest angle by which cycle tracks that run on past other streets turn: 50 degrees, as for lanes.
-STRAIGHT_ON_COSINE: Final = 0.64

@@ -24,7 +24,7 @@ from osm2xodr.curves import (
     smallest_radius,
     wrapped,
 )
-from osm2xodr.geometry.connections import ConnectingRoads, connect
+from osm2xodr.geometry.connections import STRAIGHT_ON, ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_lanes import strips_at_end
@@ -181,7 +181,7 @@ def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
     _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
     # Road ends run inwards, starts outwards.
     turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
-    return bool(np.cos(turn) > defaults.STRAIGHT_ON_COSINE)
+    return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
 
 
 def _arms_in_order(

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cubic_value, inside_outline, lengths, project, sample_curves
+from osm2xodr.curves import cubic_value, inside_outline, lengths, profile_of, project, sample_curves
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.islands import ring_of
 from osm2xodr.model import (
     VEHICLE_LANES,
     BoolArray,
-    Cubic,
     FloatArray,
     IntArray,
     Island,
@@ -109,25 +107,15 @@ def _on_lanes(x: FloatArray, y: FloatArray, road: int, road_map: RoadMap) -> Boo
     for section, end in zip(sections, [*(item.s for item in sections[1:]), length + 1.0], strict=True):
         here = np.flatnonzero((s >= section.s) & (s < end))
         for side in (1, -1) if len(here) else ():
-            inner = np.zeros(len(here))
+            inner, first = np.zeros(len(here)), np.zeros(len(here), np.int64)
             lanes = sorted((lane for lane in section.lanes if lane.id * side > 0), key=lambda lane: abs(lane.id))
             for lane in lanes:
-                outer = inner + _widths(lane.widths, s[here] - section.s)
+                outer = inner + cubic_value(profile_of([lane.widths]), first, s[here] - section.s)
                 if lane.type in _CLEAR:
                     off, clear = side * t[here], defaults.ISLAND_CLEARANCE
                     wide = outer > inner
                     out[beside[here[wide & (off > inner - clear) & (off < outer + clear)]]] = True
                 inner = outer
-    return out
-
-
-def _widths(records: Sequence[Cubic], s: FloatArray) -> FloatArray:
-    out = np.zeros(len(s))
-    for record, following in pairwise([*records, None]):
-        assert record is not None
-        here = (s >= record.s) & (s < (np.inf if following is None else following.s))
-        ds = s[here] - record.s
-        out[here] = record.a + ds * (record.b + ds * (record.c + ds * record.d))
     return out
 
 

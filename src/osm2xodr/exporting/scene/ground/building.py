@@ -26,6 +26,7 @@ from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
 from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
+from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 
@@ -76,7 +77,7 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
     vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
     places = np.concatenate([place, len(xy) + np.arange(len(x))])
     band, walls = raised_triangles(band_triangles(cells, xy, flat), vertices, places, edges)
-    band, walls = (_usable(faces, vertices) for faces in (band, walls))
+    band, walls = (faces[has_area(vertices, faces, LEAST_AREA)] for faces in (band, walls))
     steep = _steep(vertices[band])
     parts = []
     for detail in range(DETAILS):
@@ -132,15 +133,6 @@ def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: Float
         # The ground above a portal may be higher.
         np.concatenate([beyond[edge] != Level.TUNNEL, np.repeat([False, True], count[1:])]),
     )
-
-
-def _usable(faces: IntArray, vertices: FloatArray) -> IntArray:
-    """Return the triangles whose corners are all known, and not on one line."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    # An area that is not known is not larger either.
-    out: IntArray = faces[area > LEAST_AREA]
-    return out
 
 
 def _met(edges: IntArray, triangles: IntArray) -> BoolArray:
