@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import HealthCheck, assume, given, settings, strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
 from osm2xodr import defaults
@@ -30,7 +30,7 @@ PLACES, HEADINGS = st.floats(-20.0, 20.0), st.floats(-math.pi, math.pi)
 POSES = st.builds(Pose, PLACES, PLACES, HEADINGS)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 @given(POSES, POSES)
 def test_they_join_the_poses_with_the_radius(one: Pose, other: Pose) -> None:
     assume(one.gap(other) > 0.1)

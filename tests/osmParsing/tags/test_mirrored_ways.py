@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 from lane_notation import lane_tags, turned_key
 from osm_builder import Area
 
@@ -23,12 +24,11 @@ def turned_tags(tags: dict[str, str]) -> dict[str, str]:
 
 
 def mirrored(lanes: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
-    return tuple(
-        LaneSpec(lane.type, Direction(-lane.direction), lane.width, lane.turns, lane.change) for lane in lanes[::-1]
-    )
+    return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in lanes[::-1])
 
 
 @given(lane_tags(), st.sampled_from([-1, 0, 1]), st.sampled_from(Rule))
+@example({"highway": "busway", "lanes": "1", "hov:lanes:both_ways": "designated"}, 0, Rule.RIGHT_HAND)
 @settings(deadline=None)
 def test_lanes_are_mirrored(tags: dict[str, str], direction: int, rule: Rule) -> None:
     one = cross_section(tags, direction, rule)
