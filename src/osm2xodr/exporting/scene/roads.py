@@ -18,7 +18,7 @@ from osm2xodr.exporting.scene.triangles import (
     Soup,
     edges_of,
     merged_places,
-    split_at_corners,
+    split_where_they_meet,
     steps_between,
     welded,
 )
@@ -48,7 +48,7 @@ def road_surface(file: OpenDrive, tolerance: float, step: float) -> RoadSurface:
         _faces_alone(faces, kind, alone, len(kinds)),
         _common(faces, kind, kinds, group, cells_of(faces, kind, kinds, group)),
     )
-    return _surface(split_at_corners(soup), kinds)
+    return _surface(split_where_they_meet(soup), kinds)
 
 
 def _tag(kind: IntArray, level: IntArray, kinds: int) -> IntArray:

@@ -1,4 +1,4 @@
-"""Triangles that share their corners: welding, splitting at corners that lie on edges, and steps between them.
+"""Triangles that share their corners: welding, splitting where their edges meet, and steps between them.
 
 Corners are told apart in plan first: places closer than `ONE_PLACE` are one. Each place may have several heights.
 """
@@ -6,10 +6,11 @@ Corners are told apart in plan first: places closer than `ONE_PLACE` are one. Ea
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -21,6 +22,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 ONE_PLACE: Final = 2.5 * GRID
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015
+GeometryArray: TypeAlias = npt.NDArray[np.object_]
 _Value = TypeVar("_Value", np.int64, np.float64)
 # Rounds in which edges are split; each splits an edge at one corner.
 _ROUNDS: Final = 6
@@ -62,46 +64,96 @@ def without_slivers(soup: Soup) -> Soup:
     return soup.rows(np.flatnonzero(twice > ONE_PLACE * longest))
 
 
-def split_at_corners(soup: Soup) -> Soup:
-    """Return the triangles, split where the corner of another one lies on an edge without a neighbour.
+def split_where_they_meet(soup: Soup) -> Soup:
+    """Return the triangles, split where edges without a neighbour meet the corner of another one, or cross an edge.
 
-    Triangles as thin as a sliver go first: those beside them have the corner that lay between.
+    Triangles as thin as a sliver go first: those beside them have the corner that lay between. Areas that lie on each
+    other by a sliver have a corner in common where their outlines cross.
     """
     for _ in range(_ROUNDS):
         soup = without_slivers(soup)
-        row, side = np.nonzero(~_has_neighbour(soup))
-        start, end = soup.place[row, side], soup.place[row, (side + 1) % 3]
-        places = np.unique(np.concatenate([start, end]))
-        heights = _heights(soup, places)
-        a, b = soup.xy[start], soup.xy[end]
-        tree = cKDTree(soup.xy[places])
-        length = np.hypot(*(b - a).T)
-        found = tree.query_ball_point(0.5 * (a + b), 0.5 * length + ONE_PLACE)
-        count = np.array([len(item) for item in found], np.int64)
-        edge = np.repeat(np.arange(len(row)), count)
-        near = np.concatenate([np.asarray(item, np.int64) for item in found]) if len(row) else np.zeros(0, np.int64)
-        place = places[near]
-        kept = (place != start[edge]) & (place != end[edge])
-        edge, near, place = edge[kept], near[kept], place[kept]
-        along = (b[edge] - a[edge]) / length[edge][:, None]
-        off = soup.xy[place] - a[edge]
-        at = (off * along).sum(1) / length[edge]
-        aside = np.abs(off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0])
-        za, zb = soup.z[row, side][edge], soup.z[row, (side + 1) % 3][edge]
-        z = za + at * (zb - za)
-        low, high = heights
-        kept = (
-            (aside < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
-        )
-        edge, place, at, z = edge[kept], place[kept], at[kept], z[kept]
-        # One split of each triangle at a time, at the corner that is nearest to the middle of its edge.
-        order = np.lexsort((place, np.abs(at - 0.5), row[edge]))
-        edge, place, at, z = edge[order], place[order], at[order], z[order]
-        one = np.diff(row[edge], prepend=-1) != 0
-        if not one.any():
+        outline = _outline_of(soup)
+        corners, (crossings, xy) = _corners_on(outline, soup), _crossings_of(outline, len(soup.xy))
+        edge, place, at = (np.concatenate([one, other]) for one, other in zip(corners, crossings, strict=True))
+        # One split of each triangle at a time, at what is nearest to the middle of its edge.
+        row = outline.row[edge]
+        order = np.lexsort((place, np.abs(at - 0.5), row))
+        order = order[np.diff(row[order], prepend=-1) != 0]
+        if not len(order):
             break
-        soup = _split(soup, row[edge[one]], side[edge[one]], place[one], at[one], z[one])
+        edge, place, at = edge[order], place[order], at[order]
+        soup = replace(soup, xy=np.concatenate([soup.xy, xy]))
+        soup = _split(
+            soup, outline.row[edge], outline.side[edge], place, at, outline.z[edge] + at * outline.rise[edge]
+        )
     return without_slivers(soup)
+
+
+@dataclass(frozen=True, eq=False)
+class _Outline:
+    """Edges of triangles that no other triangle has."""
+
+    row: IntArray
+    side: IntArray
+    start: IntArray  # Places
+    end: IntArray
+    xy: FloatArray  # (n, 2) Of the start, m
+    along: FloatArray  # (n, 2) From the start to the end, m
+    length: FloatArray  # In plan, m
+    z: FloatArray  # At the start, m
+    rise: FloatArray  # From the start to the end, m
+    lines: GeometryArray
+
+
+def _outline_of(soup: Soup) -> _Outline:
+    row, side = np.nonzero(~_has_neighbour(soup))
+    start, end = soup.place[row, side], soup.place[row, (side + 1) % 3]
+    a, b, z = soup.xy[start], soup.xy[end], soup.z[row, side]
+    rise = soup.z[row, (side + 1) % 3] - z
+    lines = shapely.linestrings(np.stack([a, b], axis=1))
+    return _Outline(row, side, start, end, a, b - a, np.hypot(*(b - a).T), z, rise, lines)
+
+
+def _corners_on(outline: _Outline, soup: Soup) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return pairs of edges and the corners of others that lie on them, at their level, and at which share."""
+    places = np.unique(np.concatenate([outline.start, outline.end]))
+    low, high = _heights(soup, places)
+    tree = shapely.STRtree(shapely.points(soup.xy[places]))
+    edge, near = tree.query(outline.lines, predicate="dwithin", distance=ONE_PLACE)
+    place = places[near]
+    kept = (place != outline.start[edge]) & (place != outline.end[edge])
+    edge, near, place = edge[kept], near[kept], place[kept]
+    along, length = outline.along[edge], outline.length[edge]
+    off = soup.xy[place] - outline.xy[edge]
+    at, aside = (off * along).sum(1) / length**2, np.abs(_cross(off, along)) / length
+    z = outline.z[edge] + at * outline.rise[edge]
+    kept = (aside < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
+    return edge[kept], place[kept], at[kept]
+
+
+def _crossings_of(outline: _Outline, places: int) -> tuple[tuple[IntArray, IntArray, FloatArray], FloatArray]:
+    """Return edges that cross others at their level, the number of the place from `places` on, the share, and x, y.
+
+    Each crossing is given for one of its edges; it is a corner on the other one then.
+    """
+    one, other = shapely.STRtree(outline.lines).query(outline.lines, predicate="intersects")
+    later = one < other
+    one, other = one[later], other[later]
+    d, e, off = outline.along[one], outline.along[other], outline.xy[other] - outline.xy[one]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v = _cross(off, e) / _cross(d, e), _cross(off, d) / _cross(d, e)
+    room = np.minimum(np.minimum(u, 1.0 - u) * outline.length[one], np.minimum(v, 1.0 - v) * outline.length[other])
+    apart = outline.z[one] + u * outline.rise[one] - outline.z[other] - v * outline.rise[other]
+    # Closer to an end, that is a corner on the other edge.
+    kept = np.flatnonzero((room > ONE_PLACE) & (np.abs(apart) < LEVEL_APART))
+    one, u = one[kept], u[kept]
+    return (one, places + np.arange(len(one)), u), outline.xy[one] + u[:, None] * outline.along[one]
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the cross products of vectors in plan, (n, 2)."""
+    out: FloatArray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return out
 
 
 def _heights(soup: Soup, places: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -43,6 +43,23 @@ def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
     above = _heights(corners[one], at) - _heights(corners[other], at)
     out[one[above > STACKED]] = True
     out[other[above < -STACKED]] = True
+    return _with_steps(surface, ground, out)
+
+
+def _with_steps(surface: RoadSurface, ground: BoolArray, above: BoolArray) -> BoolArray:
+    """Return triangles (n,) with the steps between them; steps to triangles that stay on the ground stay there too."""
+    places = np.unique(surface.vertices[:, :2], axis=0, return_inverse=True)[1].ravel()
+    corners = places[surface.faces]
+    upright = (corners == np.roll(corners, -1, axis=1)).any(1)
+    rows = np.flatnonzero(ground & upright)
+    count = len(surface.vertices)
+    # The edges in plan of steps: both triangles of a step have the same one.
+    low, high = corners[rows].min(1), corners[rows].max(1)
+    key = low * count + high
+    starts, ends = corners, np.roll(corners, -1, axis=1)
+    edges = np.minimum(starts, ends) * count + np.maximum(starts, ends)
+    out = above.copy()
+    out[rows] = np.isin(key, edges[above]) & ~np.isin(key, edges[ground & ~above & ~upright])
     return out
 
 
