@@ -78,7 +78,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 )
 @dem_option("Elevation models for the ground of a scene")
 @declared_options(("dem_crs", "dem_unit"))
-@click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file whose buildings a scene has.")
+@click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file whose buildings and water a scene has.")
 @click.option("--tile", type=float, metavar="M", help="Width of a scene's tiles.  [default: 500; 2000 for CARLA]")
 @click.option("--carla", metavar="NAME", help="Name tiles as CARLA's importer wants those of the large map NAME.")
 @click.option(

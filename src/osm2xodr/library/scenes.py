@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -16,7 +16,7 @@ from osm2xodr.library.options import paths
 from osm2xodr.surface import expand
 
 if TYPE_CHECKING:
-    from osm2xodr.model import Building, FloatArray
+    from osm2xodr.model import FloatArray, Surroundings
     from osm2xodr.opendrive import Frame, OpenDrive
     from osm2xodr.surface import DemSurface, SurfaceOptions
 
@@ -58,7 +58,7 @@ def export_scene(
     dem_crs, dem_unit
         CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
     osm
-        OpenStreetMap file whose buildings the scene has.
+        OpenStreetMap file whose buildings and water the scene has.
     format
         ``glb`` or ``obj``.
     up
@@ -106,7 +106,7 @@ def export_scene(
     models = expand(paths(dem))
     diagnostics = Diagnostics()
     ground = _ground(drive, models, SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit), diagnostics)
-    scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _buildings(drive, osm), size)
+    scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _surroundings(drive, osm), size)
     owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
     owed += [] if ground is None else [item.attribution for item in ground[1].dems]
     credits = list(dict.fromkeys(value.strip() for value in owed if value.strip()))
@@ -151,14 +151,14 @@ def _ground(
     return read_heights(models, frame, *places_around(stations.x, stations.y), options, diagnostics)
 
 
-def _buildings(file: OpenDrive, osm: AnyPath | None) -> tuple[Sequence[Building], Frame] | None:
-    """Return the buildings of an OpenStreetMap file and the frame of the roads; None without a file."""
+def _surroundings(file: OpenDrive, osm: AnyPath | None) -> tuple[Surroundings, Frame] | None:
+    """Return what an OpenStreetMap file has beside roads and the frame of the roads; None without a file."""
     if osm is None:
         return None
-    from osm2xodr.osmParsing import read_buildings
+    from osm2xodr.osmParsing import read_surroundings
 
-    frame = _frame(file, "leave the buildings out")
-    return read_buildings(Path(osm))[0], frame
+    frame = _frame(file, "leave the OpenStreetMap file out")
+    return read_surroundings(Path(osm)), frame
 
 
 def _frame(file: OpenDrive, remedy: str) -> Frame:

@@ -91,6 +91,7 @@ from osm2xodr.model.streets import (
     StructureTags,
     TurnRestriction,
 )
+from osm2xodr.model.surroundings import Surroundings, Water, WaterArea
 
 __all__ = [
     "EVERY_LANE",
@@ -165,8 +166,11 @@ __all__ = [
     "StructureTags",
     "Surface",
     "SurfaceQuality",
+    "Surroundings",
     "ThingFacts",
     "TurnRestriction",
+    "Water",
+    "WaterArea",
     "WayCorrection",
     "applied",
     "freeze_arrays",

@@ -7,7 +7,7 @@
 - `corrections` applies what users know better,
 - `network` makes streets and intersections of ways, and reads relations between them,
 - `roadside` finds footways and things beside streets,
-- `buildings` reads what stands beside the roads of a scene.
+- `surroundings` reads what a scene has beside roads: `buildings` and `water`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.osmParsing.buildings import read_buildings as read_buildings
     from osm2xodr.osmParsing.corrections import (
         CORRECTION_KEYS as CORRECTION_KEYS,
         drops_relation as drops_relation,
@@ -48,13 +47,13 @@ if TYPE_CHECKING:
     )
     from osm2xodr.osmParsing.parsing import parse_osm as parse_osm
     from osm2xodr.osmParsing.roadside import is_thing as is_thing, node_keys as node_keys, way_values as way_values
+    from osm2xodr.osmParsing.surroundings import read_surroundings as read_surroundings
     from osm2xodr.osmParsing.tags import ACCESS_TAGS as ACCESS_TAGS, reason_left_out as reason_left_out
 
 # The command line uses the options alone, and should not wait for what reading needs.
 __getattr__ = lazy_exports(
     __name__,
     {
-        "buildings": ("read_buildings",),
         "corrections": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
             "OsmFile",
@@ -73,6 +72,7 @@ __getattr__ = lazy_exports(
         "options": ("DRIVABLE", "HIGHWAYS", "PRESETS", "ParseOptions", "WaySelection", "parse_ways_option"),
         "parsing": ("parse_osm",),
         "roadside": ("is_thing", "node_keys", "way_values"),
+        "surroundings": ("read_surroundings",),
         "tags": ("ACCESS_TAGS", "reason_left_out"),
     },
 )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.model import Building, FloatArray
-from osm2xodr.osmParsing.file import RawArea, RawNodes, open_osm_file, read_areas, read_nodes
+from osm2xodr.model import Building
+from osm2xodr.osmParsing.file import RawArea, RawNodes, open_osm_file, read_areas, read_nodes, rings_of
 from osm2xodr.osmParsing.tags import parse_length
 
 # Keys of areas that are buildings or parts of them, and values of them that mean there is none.
@@ -20,7 +20,6 @@ _BELOW: Final = frozenset({"underground", "indoor"})
 # Heights and storeys above the highest building's (828 m, 163 storeys) are mistakes.
 _HEIGHT_MAX: Final = 830.0
 _LEVELS_MAX: Final = 165.0
-_CORNERS_LEAST: Final = 3
 
 
 def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
@@ -64,8 +63,7 @@ def _buildings(area: RawArea, nodes: RawNodes) -> list[Building]:
     tags = area.tags
     is_part = tags.get("building:part", "no") not in _NONE
     kind = tags["building:part" if is_part else "building"]
-    outlines = [ring for ring in (_places(refs, nodes) for refs in area.outer) if ring is not None]
-    holes = tuple(ring for ring in (_places(refs, nodes) for refs in area.inner) if ring is not None)
+    outlines, holes = rings_of(area, nodes)
     return [
         Building(
             area.osm_id,
@@ -85,15 +83,6 @@ def _buildings(area: RawArea, nodes: RawNodes) -> list[Building]:
         )
         for outline in outlines
     ]
-
-
-def _places(refs: Sequence[int], nodes: RawNodes) -> FloatArray | None:
-    """Return longitude and latitude of nodes, (n, 2), degrees; None if one is missing or there are too few."""
-    ids = np.array(refs, np.int64)
-    at = np.minimum(np.searchsorted(nodes.ids, ids), max(len(nodes.ids) - 1, 0))
-    if len(ids) < _CORNERS_LEAST or not len(nodes.ids) or (nodes.ids[at] != ids).any():
-        return None
-    return np.column_stack([nodes.lon_deg[at], nodes.lat_deg[at]])
 
 
 def _length(tags: Mapping[str, str], *keys: str) -> float | None:

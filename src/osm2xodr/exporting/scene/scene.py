@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.buildings import building_parts
-from osm2xodr.exporting.scene.ground import build_ground, settled
+from osm2xodr.exporting.scene.ground import build_ground, settled, water_shapes
 from osm2xodr.exporting.scene.marks import mark_parts
 from osm2xodr.exporting.scene.materials import lane_part
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
@@ -19,7 +19,7 @@ from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
 from osm2xodr.exporting.scene.things import object_parts, signal_parts
 from osm2xodr.exporting.scene.tiles import has_area
-from osm2xodr.model import Building, FloatArray
+from osm2xodr.model import FloatArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive
 
 # Scenes farther from the file's origin count from an origin of their own, m, on a grid of this width, m: single
@@ -47,7 +47,7 @@ def make_scene(
     tolerance: float,
     step: float,
     height: Height | None,
-    buildings: tuple[Sequence[Building], Frame] | None,
+    surroundings: tuple[Surroundings, Frame] | None,
     tile: float,
 ) -> Scene:
     """Return the scene of a file.
@@ -61,8 +61,8 @@ def make_scene(
     height
         Heights of the ground (n,), m, at inertial x, y (n,), m, NaN where unknown; None without elevation model: the
         ground is a strip beside roads then, and bridges have no piers.
-    buildings
-        Buildings, and what turns their places into inertial ones; None for none.
+    surroundings
+        Buildings and water, and what turns their places into inertial ones; None for none.
     tile
         Width of tiles, m.
 
@@ -72,7 +72,8 @@ def make_scene(
         No lane has a surface.
     """
     surface, passage = settled(road_surface(file, tolerance, step), height)
-    ground = build_ground(surface, rim_of(surface), height, tile)
+    water = None if surroundings is None else water_shapes(surroundings[0].water, surroundings[1], surface.vertices)
+    ground = build_ground(surface, rim_of(surface), height, tile, water)
     heights = SurfaceHeights(surface)
     found: dict[str, Sequence[Part]] = {
         "roads": surface_parts(surface),
@@ -85,8 +86,8 @@ def make_scene(
     notes = []
     if ground.unknown > 0:
         notes.append(f"no elevation model knows {ground.unknown:,.0f} m² around roads: there is no ground there")
-    if buildings is not None:
-        built = building_parts(*buildings, surface, passage, ground)
+    if surroundings is not None:
+        built = building_parts(surroundings[0].buildings, surroundings[1], surface, passage, ground)
         found["buildings"] = built.parts
         notes.append(_sentence(built.ids))
     sound = [(clean, layer) for layer, parts in found.items() for part in parts if len((clean := _sound(part)).faces)]

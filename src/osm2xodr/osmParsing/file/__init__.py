@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.file.areas import RawArea, read_areas
+from osm2xodr.osmParsing.file.areas import RawArea, places_of, read_areas, read_lines, rings_of
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
@@ -34,8 +34,11 @@ __all__ = [
     "element_places",
     "handle",
     "open_osm_file",
+    "places_of",
     "read_areas",
+    "read_lines",
     "read_nodes",
     "read_ways",
     "readable",
+    "rings_of",
 ]

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
+import numpy as np
 import osmium
 
+from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file.file_format import OsmFile
-from osm2xodr.osmParsing.file.reader import handle, readable
+from osm2xodr.osmParsing.file.reader import RawNodes, handle, readable
 
 # Fewer nodes make no area, with the first one at the end again.
 _LEAST_NODES: Final = 4
+
+# Keys and values.
+Tags: TypeAlias = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +30,19 @@ class RawArea:
     tags: Mapping[str, str]
 
 
-def read_areas(file: OsmFile, keys: AbstractSet[str]) -> tuple[list[RawArea], list[str]]:
-    """Read the areas that have one of some keys: ways first, then relations, each in ascending id.
+def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawArea], list[str]]:
+    """Read the areas that have one of some keys, or of some tags: ways first, then relations, each in ascending id.
 
     Also returned are the ids of relations and ways whose outlines are not closed, as at the edges of cut-outs. Raises
     InputError if the file is damaged or incomplete.
     """
+    wanted = osmium.filter.TagFilter(*keys) if isinstance(keys, tuple) else osmium.filter.KeyFilter(*sorted(keys))
     ways: dict[int, tuple[list[int], dict[str, str]]] = {}
     relations: dict[int, tuple[dict[str, list[int]], dict[str, str]]] = {}
     with readable(file):
         item: Any
         found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
-        for item in found.with_filter(osmium.filter.KeyFilter(*sorted(keys))):
+        for item in found.with_filter(wanted):
             tags = {tag.k: tag.v for tag in item.tags}
             if item.is_way():
                 if not item.deleted and ("way", item.id) not in file.deleted:
@@ -64,6 +70,36 @@ def read_areas(file: OsmFile, keys: AbstractSet[str]) -> tuple[list[RawArea], li
         if outer:
             areas.append(RawArea(f"relation/{number}", outer, inner, tags))
     return areas, open_ones
+
+
+def rings_of(area: RawArea, nodes: RawNodes) -> tuple[list[FloatArray], tuple[FloatArray, ...]]:
+    """Return the outlines of an area and its holes as longitude and latitude, (n, 2), degrees, but no broken ones."""
+    outer, inner = (
+        [ring for ring in (places_of(refs, nodes) for refs in rings) if ring is not None]
+        for rings in (area.outer, area.inner)
+    )
+    return outer, tuple(inner)
+
+
+def places_of(refs: Sequence[int], nodes: RawNodes, least: int = 3) -> FloatArray | None:
+    """Return longitude and latitude of nodes, (n, 2), degrees; None if one is missing or there are too few."""
+    ids = np.array(refs, np.int64)
+    at = np.minimum(np.searchsorted(nodes.ids, ids), max(len(nodes.ids) - 1, 0))
+    if len(ids) < least or not len(nodes.ids) or (nodes.ids[at] != ids).any():
+        return None
+    return np.column_stack([nodes.lon_deg[at], nodes.lat_deg[at]])
+
+
+def read_lines(file: OsmFile, tags: Tags) -> list[tuple[int, ...]]:
+    """Read the nodes of the ways that have one of some tags, in ascending id; `InputError` if the file is damaged."""
+    found: dict[int, tuple[int, ...]] = {}
+    with readable(file):
+        item: Any
+        ways = osmium.FileProcessor(handle(file), osmium.osm.WAY)
+        for item in ways.with_filter(osmium.filter.TagFilter(*tags)):
+            if not item.deleted and ("way", item.id) not in file.deleted:
+                found[item.id] = tuple(node.ref for node in item.nodes)
+    return [found[number] for number in sorted(found)]
 
 
 def _read_lines(file: OsmFile, wanted: AbstractSet[int]) -> dict[int, Sequence[int]]:

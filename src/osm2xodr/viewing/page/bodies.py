@@ -6,7 +6,7 @@ networks are made of longer pieces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -16,7 +16,7 @@ from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
-from osm2xodr.model import Building, FloatArray, IntArray
+from osm2xodr.model import FloatArray, IntArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page.packing import Packed, quantised
@@ -91,13 +91,13 @@ def bodies_of(
         if options.scene:
             raise InputError(f"{file.path}: {why}")
         return Bodies(notes=(f"The view in 3D has lanes alone: {why}",))
-    buildings = None
+    surroundings = None
     if options.osm is not None and frame is not None:
-        from osm2xodr.osmParsing import read_buildings
+        from osm2xodr.osmParsing import read_surroundings
 
-        buildings = read_buildings(options.osm)[0], frame
+        surroundings = read_surroundings(options.osm), frame
     try:
-        return _built(file, length, height, buildings, origin)
+        return _built(file, length, height, surroundings, origin)
     except Exception as error:
         # A file may be damaged in ways that nobody foresaw, and the rest of the page needs no scene.
         why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
@@ -111,14 +111,14 @@ def _built(
     file: OpenDrive,
     length: float,
     height: Height | None,
-    buildings: tuple[Sequence[Building], Frame] | None,
+    surroundings: tuple[Surroundings, Frame] | None,
     origin: tuple[float, float],
 ) -> Bodies:
     """Return the meshes of a file with roads of a length, m."""
     from osm2xodr.exporting import make_scene, material_of
 
     form = (SAMPLE_TOLERANCE, SAMPLE_STEP) if length <= FINE_TO else (_COARSE_TOLERANCE, _COARSE_STEP)
-    scene = make_scene(file, *form, height, buildings, _TILE)
+    scene = make_scene(file, *form, height, surroundings, _TILE)
     found: dict[tuple[str, str], list[tuple[FloatArray, IntArray]]] = {}
     coarsest = max((int(part.detail.max()) for part in scene.parts if part.detail is not None), default=0)
     for part, layer in zip(scene.parts, scene.layers, strict=True):

@@ -25,6 +25,7 @@ from osm2xodr.exporting.scene.ground.fans import raised_triangles
 from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
 from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
+from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled, split_by_water
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -34,7 +35,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 class Ground:
     """The ground around roads."""
 
-    parts: tuple[Part, ...]  # ``Terrain``, one for each level of detail, and ``Retaining_Wall``
+    # ``Terrain`` and ``Water``, one for each level of detail, and ``Retaining_Wall``
+    parts: tuple[Part, ...]
     cells: Cells
     z: FloatArray  # Heights of the corners of squares, (rows + 1, columns + 1), m; NaN where unknown
     unknown: float  # Area around roads without ground as no elevation model knows it, m²
@@ -54,14 +56,19 @@ class Ground:
         return np.where(inside & self.cells.ground[i, j], south * (1 - v) + north * v, np.nan)
 
 
-def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: float) -> Ground:
+def build_ground(
+    surface: RoadSurface, rim: Rim, height: Height | None, tile: float, water: WaterShapes | None = None
+) -> Ground:
     """Return the ground that meets the edges of roads.
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none; without it the
     ground is a strip beside the roads at their height. Levels of detail have the same corners at the borders of
-    tiles, whose width is `tile`, m, a multiple of 20. `InputError` if the roads span too much for the memory.
+    tiles, whose width is `tile`, m, a multiple of 20. Where there is `water` it is level. `InputError` if the roads
+    span too much for the memory.
     """
     known = _nothing if height is None else height
+    if water is not None:
+        water, known = levelled(water, known)
     points, edges = _edge_points(surface, rim, known)
     points, edges, row = planar_edges(points, edges)
     beyond = rim.beyond[row]
@@ -83,13 +90,28 @@ def build_ground(surface: RoadSurface, rim: Rim, height: Height | None, tile: fl
     for detail in range(DETAILS):
         leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
         faces = np.concatenate([band[~steep], leaves])
-        parts.append(_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail)))
+        parts += _land_and_water(vertices, faces, water, detail)
     portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
     lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
     lost = cells.ground & np.isnan(z[:-1, :-1] + z[1:, :-1] + z[:-1, 1:] + z[1:, 1:])
     return Ground(tuple(part for part in parts if len(part.faces)), cells, z, GROUND_CELL**2 * int(lost.sum()))
+
+
+def _land_and_water(vertices: FloatArray, faces: IntArray, water: WaterShapes | None, detail: int) -> list[Part]:
+    """Return the ground of a level of detail."""
+    if water is None or not water.areas:
+        return [_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail))]
+    split = split_by_water(vertices, faces, water)
+    return [
+        _part(name, material, split.vertices, rows, np.full(len(rows), detail))
+        for name, material, rows in (
+            ("Terrain", "grass", split.land),
+            ("Water", "water", split.water),
+            ("Retaining_Wall", "concrete", split.walls),
+        )
+    ]
 
 
 def _nothing(x: FloatArray, _: FloatArray) -> FloatArray:

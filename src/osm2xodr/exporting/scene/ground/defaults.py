@@ -44,3 +44,7 @@ BRIDGE_DEPTH: Final = 1.2
 SAMPLE: Final = 1.0
 # Triangles with less area are none, m²: a millimetre times two. A choice.
 LEAST_AREA: Final = 1e-6
+# Water whose heights differ by more between the lowest and the highest tenth falls, as rivers do, m; and how close
+# the places are whose heights are looked at, m. Choices: coarse models err by 1 to 2 m on water.
+WATER_LEVEL_SPREAD: Final = 4.0
+WATER_SAMPLE: Final = 20.0

@@ -47,7 +47,7 @@ def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
 
 
 def _with_steps(surface: RoadSurface, ground: BoolArray, above: BoolArray) -> BoolArray:
-    """Return triangles (n,) with the steps between them; steps to triangles that stay on the ground stay there too."""
+    """Return triangles (n,) with the steps between them; steps to triangles that stay on the ground stay there."""
     places = np.unique(surface.vertices[:, :2], axis=0, return_inverse=True)[1].ravel()
     corners = places[surface.faces]
     upright = (corners == np.roll(corners, -1, axis=1)).any(1)

@@ -1,0 +1,245 @@
+"""Water: its areas, their levels, and the triangles of the ground that are water."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+import shapely
+
+from osm2xodr.exporting.scene.ground.covers import Height
+from osm2xodr.exporting.scene.ground.defaults import REACH, WATER_LEVEL_SPREAD, WATER_SAMPLE
+from osm2xodr.exporting.scene.triangles import merged_places
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
+from osm2xodr.opendrive import Frame
+
+# How far beside a line of the coast it is looked which area is there, m.
+_BESIDE: Final = 0.05
+# How far ends of the coast lie within the rectangle whose sides they are joined to, m.
+_MARGIN: Final = 50.0
+# Lower steps between water and land are none, m.
+_LEAST_WALL: Final = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class WaterShapes:
+    """Areas of water in inertial x, y, m: polygons that may overlap."""
+
+    areas: tuple[Any, ...] = ()
+    seas: int = 0  # How many of them, the first ones, are the sea
+    levels: FloatArray = field(default_factory=lambda: np.zeros(0))  # Of each area, m; NaN where it is not level
+
+    def found_at(self, x: FloatArray, y: FloatArray) -> IntArray:
+        """Return the first area at each place, (n,), -1 for none."""
+        out = np.full(len(x), -1)
+        for row in range(len(self.areas) - 1, -1, -1):
+            low_x, low_y, high_x, high_y = self.areas[row].bounds
+            near = np.flatnonzero((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y))
+            out[near[shapely.contains_xy(self.areas[row], x[near], y[near])]] = row
+        return out
+
+
+def water_shapes(water: Water, frame: Frame, vertices: FloatArray) -> WaterShapes:
+    """Return the water around roads, whose surface has `vertices`, (n, 2 or 3), m."""
+    low, high = vertices[:, :2].min(0) - 2.0 * REACH, vertices[:, :2].max(0) + 2.0 * REACH
+    box = shapely.box(*low, *high)
+    sea = [part for shape in _sea(_places(water.coastlines, frame), box) for part in _clipped(shape, box)]
+    inland = []
+    for area in water.areas:
+        outline, *holes = _places((area.outline, *area.holes), frame)
+        if not all(np.isfinite(ring).all() for ring in (outline, *holes)):
+            continue
+        shape = shapely.make_valid(shapely.Polygon(outline))
+        for hole in holes:
+            shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
+        inland += _clipped(shape, box)
+    for part in (*sea, *inland):
+        shapely.prepare(part)
+    return WaterShapes((*sea, *inland), len(sea))
+
+
+def _places(rings: Sequence[FloatArray], frame: Frame) -> list[FloatArray]:
+    """Return inertial x, y (n, 2), m, of lines of longitude and latitude."""
+    if not rings:
+        return []
+    xy = np.column_stack(frame.to_inertial(*np.concatenate(rings).T))
+    return np.split(xy, np.cumsum([len(ring) for ring in rings])[:-1])
+
+
+def _clipped(shape: Any, box: Any) -> list[Any]:
+    """Return the polygons of a shape within a rectangle."""
+    parts = shapely.get_parts(shapely.get_parts(shapely.intersection(shape, box)))
+    return [part for part in parts if shapely.get_type_id(part) == shapely.GeometryType.POLYGON]
+
+
+def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
+    """Return the areas in and around a rectangle that lie on the right of coastlines.
+
+    Lines that end within the file, as where it was cut out, go straight on to the nearest side of a rectangle around
+    all of them.
+    """
+    lines = [line for line in lines if np.isfinite(line).all()]
+    if not lines:
+        return []
+    merged = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines), directed=True))
+    around = shapely.box(*shapely.total_bounds(np.array([box, *merged], object))).buffer(_MARGIN, join_style="mitre")
+    side = shapely.get_exterior_ring(around)
+    ends = [
+        shapely.shortest_line(shapely.get_point(line, k), side)
+        for line in merged
+        if not shapely.is_closed(line)
+        for k in (0, -1)
+    ]
+    areas = shapely.get_parts(shapely.polygonize([shapely.union_all([*merged, *ends, side])]))
+    a, b = (
+        np.concatenate([shapely.get_coordinates(line)[k] for line in merged]) for k in (slice(-1), slice(1, None))
+    )
+    length = np.hypot(*(b - a).T)
+    a, b, length = a[length > 0.0], b[length > 0.0], length[length > 0.0]
+    right = np.column_stack([(b - a)[:, 1], (a - b)[:, 0]]) * (_BESIDE / length)[:, None]
+    tree, share = shapely.STRtree(areas), np.zeros(len(areas))
+    for way in (1.0, -1.0):
+        at, area = tree.query(shapely.points(0.5 * (a + b) + way * right), predicate="intersects")
+        share += way * np.bincount(area, weights=length[at], minlength=len(areas))
+    return list(areas[share > 0.0])
+
+
+def levelled(shapes: WaterShapes, height: Height) -> tuple[WaterShapes, Height]:
+    """Return areas of water with their levels, and heights of the ground with water level.
+
+    Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is.
+    """
+    spread = [np.inf if row < shapes.seas else WATER_LEVEL_SPREAD for row in range(len(shapes.areas))]
+    levels = np.array([_level(area, height, most) for area, most in zip(shapes.areas, spread, strict=True)])
+
+    def out(x: FloatArray, y: FloatArray) -> FloatArray:
+        level = np.append(levels, np.nan)[shapes.found_at(x, y)]
+        return np.where(np.isfinite(level), level, height(x, y))
+
+    return replace(shapes, levels=levels), out
+
+
+def _level(area: Any, height: Height, spread: float) -> float:
+    """Return the height of an area of water, m; NaN where it varies by more than a spread, m, or is not known."""
+    low_x, low_y, high_x, high_y = area.bounds
+    x, y = (axis.ravel() for axis in np.meshgrid(_steps(low_x, high_x), _steps(low_y, high_y)))
+    inside = shapely.contains_xy(area, x, y)
+    z = height(x[inside], y[inside])
+    z = z[np.isfinite(z)]
+    if not len(z):
+        return float("nan")
+    low, middle, high = np.percentile(z, [10, 50, 90])
+    return float(middle) if high - low <= spread else float("nan")
+
+
+def _steps(low: float, high: float) -> FloatArray:
+    """Return places from one to another, m, at least some in small areas."""
+    count = max(int((high - low) / WATER_SAMPLE), 8)
+    out: FloatArray = low + (high - low) * (np.arange(count) + 0.5) / count
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """Triangles (m, 3) of vertices (n, 3), m, that are land, water, and walls at shores."""
+
+    vertices: FloatArray
+    land: IntArray
+    water: IntArray
+    walls: IntArray
+
+
+def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> Split:
+    """Return the triangles of the ground, cut at the shores.
+
+    Pieces lie in the plane of their triangle, so that neighbours still meet. Water that has a level is level also
+    where roads beside it raise the ground: walls stand between it and what is higher or lower.
+    """
+    vertices, faces, wet = _cut(vertices, faces, shapes)
+    rows = np.flatnonzero(wet)
+    middle = vertices[faces[rows]].mean(1)
+    area = shapes.found_at(middle[:, 0], middle[:, 1])
+    known = np.isfinite(np.append(shapes.levels, np.nan)[area])
+    rows, area = rows[known], area[known]
+    used, corner = np.unique(faces[rows], return_inverse=True)
+    place, _ = merged_places(vertices[used][:, :2])
+    corner = corner.reshape(-1, 3)
+    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
+    total, levels = len(used), np.repeat(shapes.levels[area], 3)
+    p, q = place[start], place[end]
+    outer = ~np.isin(p * total + q, q * total + p) & (p != q)
+    a, b = vertices[used[start[outer]]], vertices[used[end[outer]]]
+    z = levels[outer]
+    high = (np.abs(np.column_stack([a[:, 2], b[:, 2]]) - z[:, None]) > _LEAST_WALL).any(1)
+    a, b, z = a[high], b[high], z[high]
+    # One level corner of each area at a place.
+    key, flat_corner = np.unique(np.repeat(area, 3) * total + start, return_inverse=True)
+    area_of, vertex = np.divmod(key, total)
+    flat = _at_level(vertices[used[vertex]], shapes.levels[area_of])
+    quads = np.stack([a, b, _at_level(b, z), _at_level(a, z)], axis=1).reshape(-1, 3)
+    walls = 4 * np.arange(len(a))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    first = len(vertices)
+    faces = faces.copy()
+    faces[rows] = first + flat_corner.reshape(-1, 3)
+    return Split(
+        np.concatenate([vertices, flat, quads]), faces[~wet], faces[wet], first + len(flat) + walls.reshape(-1, 3)
+    )
+
+
+def _at_level(points: FloatArray, z: FloatArray) -> FloatArray:
+    """Return points (n, 3) at heights (n,), m."""
+    return np.column_stack([points[:, :2], z])
+
+
+def _cut(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Return vertices, those that were there first, triangles cut at the shores, and which of them are water."""
+    corners = vertices[faces]
+    middle = corners[:, :, :2].mean(1)
+    wet = shapes.found_at(middle[:, 0], middle[:, 1]) >= 0
+    water = shapely.union_all(np.array(shapes.areas, object))
+    shore = shapely.boundary(water)
+    low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    _, near = shapely.STRtree(boxes).query(_segments(shore), predicate="intersects")
+    near = np.unique(near)
+    plan = shapely.polygons(corners[near][:, :, :2])
+    crossed = shapely.intersects(plan, shore)
+    near, plan = near[crossed], plan[crossed]
+    shapely.prepare(water)
+    pieces, row, wets = list[Any](), list[IntArray](), list[BoolArray]()
+    for shape, is_wet in ((shapely.intersection(plan, water), True), (shapely.difference(plan, water), False)):
+        parts, of = shapely.get_parts(shapely.constrained_delaunay_triangles(shape), return_index=True)
+        pieces.append(shapely.orient_polygons(parts))
+        row.append(near[of])
+        wets.append(np.full(len(parts), is_wet))
+    xy = shapely.get_coordinates(np.concatenate(pieces)).reshape(-1, 4, 2)[:, :3]
+    more = np.dstack([xy, _heights(corners[np.concatenate(row)], xy)]).reshape(-1, 3)
+    more, new = np.unique(more, axis=0, return_inverse=True)
+    new = len(vertices) + new.reshape(-1, 3)
+    kept = np.delete(np.arange(len(faces)), near)
+    return (
+        np.concatenate([vertices, more]),
+        np.concatenate([faces[kept], new]),
+        np.concatenate([wet[kept], *wets]),
+    )
+
+
+def _segments(shape: Any) -> Any:
+    """Return the lines between the corners of lines."""
+    at, row = shapely.get_coordinates(shapely.get_parts(shape), return_index=True)
+    same = row[1:] == row[:-1]
+    return shapely.linestrings(np.stack([at[:-1][same], at[1:][same]], axis=1))
+
+
+def _heights(corners: FloatArray, xy: FloatArray) -> FloatArray:
+    """Return the heights of triangles (n, 3, 3) at places in them, (n, 3, 2), m; those at corners are exact."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    off = xy - a[:, None, :2]
+    z: FloatArray = a[:, None, 2] - (normal[:, None, :2] * off).sum(2) / normal[:, None, 2]
+    for k in range(3):
+        same = (xy == corners[:, None, k, :2]).all(2)
+        z = np.where(same, corners[:, None, k, 2], z)
+    return z

@@ -1,0 +1,42 @@
+"""What there is beside roads, in words of OpenStreetMap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from osm2xodr.model.buildings import Building
+from osm2xodr.model.shared import FloatArray, freeze_arrays
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WaterArea:
+    """A lake, a river or a basin."""
+
+    osm_id: str  # ``way/1`` or ``relation/2``
+    outline: FloatArray  # (n, 2) Longitude and latitude, degrees, WGS 84; the last corner is not the first one again
+    holes: tuple[FloatArray, ...]  # Islands, likewise
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+        for hole in self.holes:
+            hole.flags.writeable = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Water:
+    """All water of an area."""
+
+    areas: tuple[WaterArea, ...] = ()
+    coastlines: tuple[FloatArray, ...] = ()  # (n, 2) Longitude and latitude, degrees, WGS 84; the sea is on the right
+
+    def __post_init__(self) -> None:
+        for line in self.coastlines:
+            line.flags.writeable = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What a scene has beside its roads."""
+
+    buildings: tuple[Building, ...] = ()
+    water: Water = field(default_factory=Water)

@@ -1,0 +1,126 @@
+"""Water in the ground: where it is, how high, and its shores."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from ground_cases import areas, straight, strips
+
+from osm2xodr.exporting.scene.model import RoadSurface
+from osm2xodr.model import FloatArray, Water, WaterArea
+from osm2xodr.opendrive import Frame, Header, frame_of
+
+pytest.importorskip("shapely")
+
+from osm2xodr.exporting.scene.ground import Ground, Height, WaterShapes, build_ground, water_shapes
+from osm2xodr.exporting.scene.ground.water import levelled
+from osm2xodr.exporting.scene.roads import rim_of
+
+LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
+BOX = np.array([[0.0, -100.0], [200.0, 100.0]])
+
+
+def frame() -> Frame:
+    found, why = frame_of(Header((1, 7), {}, "+proj=tmerc +lat_0=47 +lon_0=11 +datum=WGS84", None))
+    assert found is not None, why
+    return found
+
+
+def places(*corners: tuple[float, float]) -> FloatArray:
+    x, y = np.array(corners, float).T
+    return np.column_stack(frame().to_geographic(x, y))
+
+
+def rectangle(west: float, south: float, east: float, north: float) -> FloatArray:
+    return places((west, south), (east, south), (east, north), (west, north))
+
+
+def shapes(water: Water) -> WaterShapes:
+    return water_shapes(water, frame(), BOX)
+
+
+def found_at(water: Water, *at: tuple[float, float]) -> list[bool]:
+    x, y = np.array(at, float).T
+    return [row >= 0 for row in shapes(water).found_at(x, y).tolist()]
+
+
+def test_the_sea_is_on_the_right_of_the_coast() -> None:
+    # Drawn from north to south the sea is in the west; lines need not reach the sides, and may come in pieces.
+    north, south = places((60.0, 90.0), (50.0, 0.0)), places((50.0, 0.0), (60.0, -80.0))
+    at = ((20.0, 50.0), (20.0, -250.0), (20.0, 250.0), (90.0, 50.0), (90.0, -50.0))
+    assert found_at(Water(coastlines=(south, north)), *at) == [True, True, True, False, False]
+    assert found_at(Water(coastlines=(north[::-1].copy(), south[::-1].copy())), *at) == [False] * 3 + [True] * 2
+
+
+def test_islands_are_on_the_left_of_their_coast() -> None:
+    ring = rectangle(50.0, -20.0, 90.0, 20.0)
+    closed = np.concatenate([ring, ring[:1]])
+    assert found_at(Water(coastlines=(closed,)), (70.0, 0.0), (20.0, 0.0), (180.0, 90.0)) == [False, True, True]
+
+
+def test_lakes_have_islands() -> None:
+    lake = WaterArea("way/1", rectangle(0.0, -50.0, 100.0, 50.0), (rectangle(40.0, -10.0, 60.0, 10.0),))
+    assert found_at(Water((lake,)), (20.0, 0.0), (50.0, 0.0), (120.0, 0.0)) == [True, False, False]
+
+
+def test_lakes_and_the_sea_are_level_and_rivers_fall() -> None:
+    lake = WaterArea("way/1", rectangle(0.0, 0.0, 100.0, 40.0), ())
+    river = WaterArea("way/2", rectangle(0.0, -40.0, 200.0, -20.0), ())
+    coast = places((-100.0, 80.0), (300.0, 80.0))
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.where(y > 80.0, 0.1 * x, np.where(y < 0.0, 10.0 + 0.1 * x, 5.0 + np.sin(x) * np.cos(y)))
+
+    water, known = levelled(shapes(Water((lake, river), (coast[::-1].copy(),))), height)
+    assert water.seas == 1
+    assert water.levels[1] == pytest.approx(5.0, abs=0.1)
+    assert np.isnan(water.levels[2])
+    x = np.array([20.0, 80.0, 50.0, 150.0, 20.0, 150.0])
+    y = np.array([10.0, 30.0, -30.0, -30.0, 120.0, 150.0])
+    np.testing.assert_allclose(known(x, y), [water.levels[1]] * 2 + [15.0, 25.0] + [water.levels[0]] * 2)
+    # Beside water the ground is what it was.
+    assert known(np.array([150.0]), np.array([20.0])) == height(np.array([150.0]), np.array([20.0]))
+
+
+def made(surface: RoadSurface, height: Height, water: WaterShapes | None) -> Ground:
+    return build_ground(surface, rim_of(surface), height, 500.0, water)
+
+
+def corners_of(ground: Ground, name: str, detail: int = 0) -> FloatArray:
+    found = [
+        part.vertices[part.faces[part.detail == detail]]
+        for part in ground.parts
+        if part.name == name and part.detail is not None
+    ]
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("detail", [0, 1, 2])
+def test_shores_are_exact_and_walls_close_them(detail: int) -> None:
+    surface = strips(straight(LONG))
+    shore = [(23.0, -61.0), (177.0, -63.5), (181.0, -8.0), (26.0, -7.0)]
+    water = shapes(Water((WaterArea("way/1", places(*shore), ()),)))
+    dry, wet = (made(surface, lambda x, y: np.full(len(x), 17.0), found) for found in (None, water))
+    lake, walls = corners_of(wet, "Water", detail), corners_of(wet, "Retaining_Wall", detail)
+    x, y = np.array(shore).T
+    size = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+    assert areas(lake)[1].sum() == pytest.approx(size, rel=1e-4)
+    assert np.unique(lake[..., 2]) == pytest.approx(17.0)
+    land = corners_of(wet, "Terrain", detail)
+    assert areas(land)[1].sum() + areas(lake)[1].sum() == pytest.approx(
+        areas(corners_of(dry, "Terrain", detail))[1].sum()
+    )
+    # The slope of the road ends at the shore, which is a wall there: 3 m less half of the way from the edge.
+    assert np.abs(areas(walls)[1]).max() < 1e-9
+    assert walls[..., 2].min() == pytest.approx(17.0)
+    if detail == 0:
+        highest = walls[np.abs(walls[..., 0].mean(1) - 30.0) < 10.0]
+        assert highest[..., 2].max() == pytest.approx(20.0 - 0.5 * (7.0 - 4.0), abs=0.3)
+
+
+def test_without_water_the_ground_is_the_same() -> None:
+    surface = strips(straight(LONG))
+    one, other = (made(surface, lambda x, y: np.full(len(x), 17.0), found) for found in (None, shapes(Water())))
+    assert [part.name for part in one.parts] == [part.name for part in other.parts]
+    for a, b in zip(one.parts, other.parts, strict=True):
+        np.testing.assert_array_equal(a.vertices[a.faces], b.vertices[b.faces])
