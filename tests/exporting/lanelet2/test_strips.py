@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from xodr_text import cubics, document, geometry, lane, read_text, road, section
+from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.exporting.lanelet2.strips import Cut, cut_into_strips
 
@@ -41,6 +41,18 @@ def test_a_change_begins_a_strip(tmp_path: Path, change: str) -> None:
         40.0, right=lane(-1, (0, 3.0), more=second, kind=kind)
     )
     assert spans(strips(tmp_path, lanes)) == [(0, 40), (40, 100)]
+
+
+def test_long_ones_are_divided(tmp_path: Path) -> None:
+    def of(length: float, lanes: str) -> list[tuple[float, float]]:
+        text = document(road("1", geometry(LINE, length), length=length, lanes=lanes))
+        return spans(cut_into_strips(read_text(tmp_path, text), 0.05, 10.0))
+
+    one = section(0.0, right=lane(-1, (0, 3.0), more=LINKED))
+    assert of(500.0, one) == [(0, 500)]
+    assert of(1200.0, one) == [(0, 400), (400, 800), (800, 1200)]
+    # Where sections meet that are too long together.
+    assert of(800.0, one + section(450.0, right=lane(-1, (0, 3.0), more=LINKED))) == [(0, 450), (450, 800)]
 
 
 def test_a_mark_that_changes_within_a_section_begins_a_strip(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.checking import contacts_of, lane_index
 from osm2xodr.curves import owners, wrapped
-from osm2xodr.exporting.lanelet2.defaults import KERB_LOW, NARROWEST
+from osm2xodr.exporting.lanelet2.defaults import KERB_LOW, LONGEST, NARROWEST
 from osm2xodr.exporting.lanelet2.words import LANELETS, Mark, location_of, mark_of
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Ribbons, Stations, lane_ribbons, sample_roads
@@ -180,6 +180,8 @@ class _Maker:
             # Lanes of both ways that open from nothing begin a little later: traffic would turn round there.
             shared = [row for row in self._rows(section).values() if self._direction[row] == 0]
             inner += [k for row in shared for k, w in ((1, 0), (len(s) - 2, -1)) if self._width(row)[w] <= NARROWEST]
+            parts = int(np.ceil((s[-1] - s[0]) / LONGEST))
+            inner += [int(np.argmin(np.abs(s - at))) for at in np.linspace(s[0], s[-1], parts + 1)[1:-1]]
             marks = sorted({0, len(s) - 1, *inner})
             for first, last in pairwise(marks):
                 words = self._words(road, section, slice(first, last + 1), float(s[first]))
@@ -189,6 +191,8 @@ class _Maker:
     def _goes_on(self, strip: Strip, piece: Strip) -> bool:
         """Return whether a piece goes on where a strip ends, with nothing changed."""
         if strip.words != piece.words or abs(strip.s[1] - piece.s[0]) > _SAME:
+            return False
+        if piece.s[1] - strip.s[0] > LONGEST:
             return False
         (before, _, _), (section, _, _) = strip.pieces[-1], piece.pieces[0]
         if before == section:
