@@ -49,10 +49,10 @@ def test_long_ones_are_divided(tmp_path: Path) -> None:
         return spans(cut_into_strips(read_text(tmp_path, text), 0.05, 10.0))
 
     one = section(0.0, right=lane(-1, (0, 3.0), more=LINKED))
-    assert of(500.0, one) == [(0, 500)]
-    assert of(1200.0, one) == [(0, 400), (400, 800), (800, 1200)]
+    assert of(200.0, one) == [(0, 200)]
+    assert of(480.0, one) == [(0, 160), (160, 320), (320, 480)]
     # Where sections meet that are too long together.
-    assert of(800.0, one + section(450.0, right=lane(-1, (0, 3.0), more=LINKED))) == [(0, 450), (450, 800)]
+    assert of(320.0, one + section(180.0, right=lane(-1, (0, 3.0), more=LINKED))) == [(0, 180), (180, 320)]
 
 
 def test_a_mark_that_changes_within_a_section_begins_a_strip(tmp_path: Path) -> None:
