@@ -158,8 +158,9 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         beyond = streets.beyond(drawn, good, rows[good], most)
         kept = ~_of_same_arms(beyond > most, streets.arms[rows[good]])
         good = good[kept]
-        plan = replace_curves(plan, rows[good], drawn, good)
-        off[good] = beyond[kept]
+        if len(good):
+            plan = replace_curves(plan, rows[good], drawn, good)
+            off[good] = beyond[kept]
     return plan
 
 
