@@ -5,8 +5,10 @@ Modules of commands import at their top only what reading options needs; the sta
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import errno
+import gc
 import os
 import signal
 import sys
@@ -43,6 +45,9 @@ if TYPE_CHECKING:
     from types import FrameType
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+# When the process ends, Python would search all of its modules for reference cycles, several times.
+atexit.register(gc.freeze)
 
 # Where the documents are: in a checkout, in an installation.
 _DOCUMENTS = (Path(__file__).parents[3] / "docs", Path(sys.prefix) / "share" / "doc" / "osm2xodr")

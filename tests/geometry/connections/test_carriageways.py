@@ -87,6 +87,16 @@ def test_distances_are_exact_where_they_decide(arm: float) -> None:
     assert (found[~decides] <= OFF_CARRIAGEWAY - 0.5 + 0.05).all()
 
 
+@pytest.mark.parametrize("most", [0.5, 1.0, 2.5])
+def test_what_is_too_far_off_anyway_is_not_measured_to_the_end(most: float) -> None:
+    plan, streets = corner(30.0)
+    rows = np.arange(2)
+    exact, found = streets.beyond(plan, rows, rows), streets.beyond(plan, rows, rows, most)
+    kept = exact <= most
+    assert (found[~kept] > most).all()
+    assert found[kept].tolist() == exact[kept].tolist()
+
+
 @pytest.mark.parametrize("share", [0.25, 0.6])
 def test_curves_run_between_the_direct_one_and_the_way(share: float) -> None:
     """Their middle lies at that share from the one to the other, and they keep their ends."""

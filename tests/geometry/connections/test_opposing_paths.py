@@ -79,7 +79,7 @@ class _Island(Carriageways):
     def __init__(self) -> None:
         pass
 
-    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray) -> FloatArray:
+    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray, most: float | FloatArray = np.inf) -> FloatArray:
         half = 0.5 * lengths(plan)[curve]
         return 10.0 - np.asarray(pose(plan, curve, half)[1])
 

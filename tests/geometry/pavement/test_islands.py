@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor_cases import connecting
+from scipy import ndimage
 
 from osm2xodr.geometry.pavement import Hole, is_island, lay_floor
+from osm2xodr.geometry.pavement.islands import largest_part
 from osm2xodr.model import FloatArray, LaneType, Rule
 
 # Lanes of 3 m around a gap, 6 m from west to east (0 to 6) and 4 m from south to north (0 to 4).
@@ -65,3 +67,11 @@ def test_streets_must_go_round_it() -> None:
 
 def test_a_gap_that_fills_little_of_what_streets_enclose_is_none() -> None:
     assert not is_island(hole(), *ring(8.0))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_largest_part_is_the_first_of_that_size(seed: int) -> None:
+    cells = np.random.default_rng(seed).random((17, 23)) < 0.2 + 0.03 * seed
+    label, _ = ndimage.label(cells)
+    expected = label == np.bincount(label.ravel())[1:].argmax() + 1
+    assert largest_part(cells).tolist() == expected.tolist()

@@ -76,17 +76,20 @@ class Carriageways:
     half: FloatArray  # (n,) Half of the wider carriageway of the two arms of each connecting road, m
     arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
 
-    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray) -> FloatArray:
+    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray, most: float | FloatArray = np.inf) -> FloatArray:
         """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
 
         A curve that is longer than its way over the streets runs on carriageways that are not its own: it counts as
         off by what it is longer. Of those that leave them by `_NO_MATTER` at most it is only an upper bound, which is
-        no larger than that.
+        no larger than that; of those that leave them by more than `most`, which is no less, some value above `most`.
         """
         length, half = lengths(plan, curve), self.half[row]
+        back = np.abs(heading_change(plan, curve)) >= LEAST_TURN_BACK
+        longer = np.where(back, -np.inf, length - _AS_LONG * self.lanes.length[row])
+        most = np.broadcast_to(most, len(curve))
         distance = np.full((len(curve), len(_SHARES)), np.inf)
-        out = np.full(len(curve), np.inf)
-        todo, known = np.arange(len(curve)), np.zeros(len(_SHARES), bool)
+        out = np.full(len(curve), -np.inf)
+        todo, known = np.flatnonzero(longer <= most), np.zeros(len(_SHARES), bool)
         for every in _EVERY:
             compared = np.arange(0, len(_SHARES), every)
             new = compared[~known[compared]]
@@ -95,12 +98,10 @@ class Carriageways:
             found = distance[np.ix_(todo, compared)]
             # Between two places, it is nowhere larger than if it grew by a metre per metre from both.
             between = np.diff(_SHARES[compared]) * length[todo, None]
-            most = found if every == 1 else (found[:, :-1] + found[:, 1:] + between) / 2
-            out[todo] = most.max(axis=1) - half[todo]
-            todo = todo[out[todo] > _NO_MATTER]
-        back = np.abs(heading_change(plan, curve)) >= LEAST_TURN_BACK
-        longer = length - _AS_LONG * self.lanes.length[row]
-        return np.maximum(out, np.where(back, -np.inf, longer))
+            bound = found if every == 1 else (found[:, :-1] + found[:, 1:] + between) / 2
+            out[todo] = bound.max(axis=1) - half[todo]
+            todo = todo[(out[todo] > _NO_MATTER) & (found.max(axis=1) - half[todo] <= most[todo])]
+        return np.maximum(out, longer)
 
     def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
         """Return the distances from the streets at shares of curves, (curves, shares), m."""
@@ -150,13 +151,16 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         if not len(rows):
             break
         drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
-        beyond = streets.beyond(drawn, np.arange(len(rows)), rows)
-        bad = beyond > np.where(off > OFF_CARRIAGEWAY, off - _LESS, OFF_CARRIAGEWAY)
-        bad |= smallest_radius(drawn) < np.minimum(least, radius)
+        bad = smallest_radius(drawn) < np.minimum(least, radius)
         bad |= (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
-        good = ~_of_same_arms(bad, streets.arms[rows])
-        plan = replace_curves(plan, rows[good], drawn, np.flatnonzero(good))
-        off = np.where(good, beyond, off)
+        good = np.flatnonzero(~_of_same_arms(bad, streets.arms[rows]))
+        most = np.where(off[good] > OFF_CARRIAGEWAY, off[good] - _LESS, OFF_CARRIAGEWAY)
+        beyond = streets.beyond(drawn, good, rows[good], most)
+        kept = ~_of_same_arms(beyond > most, streets.arms[rows[good]])
+        good = good[kept]
+        if len(good):
+            plan = replace_curves(plan, rows[good], drawn, good)
+            off[good] = beyond[kept]
     return plan
 
 

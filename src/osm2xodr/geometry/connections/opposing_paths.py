@@ -184,10 +184,12 @@ def _redrawn(
             & (lengths(curves) <= np.maximum(lengths(plan, rows), longest))
             & ~has_kinks(curves)
         )
-        if streets is not None:
-            most = np.maximum(streets.beyond(plan, rows, rows), defaults.OFF_CARRIAGEWAY)
-            better &= streets.beyond(curves, both, rows) <= most + _ROUNDING
     chosen = np.flatnonzero(better)
+    if streets is not None:
+        for curves, rows in ((there, pairs.there), (back, pairs.back)):
+            before = streets.beyond(plan, rows[chosen], rows[chosen])
+            most = np.maximum(before, defaults.OFF_CARRIAGEWAY) + _ROUNDING
+            chosen = chosen[streets.beyond(curves, chosen, rows[chosen], most) <= most]
     plan = replace_curves(plan, pairs.there[chosen], there, chosen)
     return replace_curves(plan, pairs.back[chosen], back, chosen)
 

@@ -22,6 +22,7 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import BoolArray, FloatArray
@@ -325,11 +326,11 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
     supported = np.ones(known.shape, np.bool_)
     partly = np.flatnonzero(share < 1.0)
     if len(partly):
-        # Few elevation models need it: it takes long to load.
-        from scipy.ndimage import uniform_filter
-
-        around = uniform_filter(known[partly].astype(np.float32), (1, _SUPPORT_CELLS, _SUPPORT_CELLS), mode="nearest")
-        supported[partly] = around > _SUPPORT
+        # How many are known in the square around each; beyond its edges a window goes on as it is there.
+        around = np.pad(known[partly], ((0, 0), *[(_SUPPORT_CELLS // 2,) * 2] * 2), mode="edge")
+        for axis in (1, 2):
+            around = sliding_window_view(around, _SUPPORT_CELLS, axis=axis).sum(axis=-1)
+        supported[partly] = around > _SUPPORT * _SUPPORT_CELLS**2
     sigma = np.sqrt(np.exp(log_n) / np.maximum(share, _KNOWN_MIN) / (8.0 * np.sqrt(ratio)))
     return WindowEstimates(
         spline[:, inner, inner].astype(np.float32),

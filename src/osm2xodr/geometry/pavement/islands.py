@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.curves import rays_to_segments
 from osm2xodr.geometry.pavement import defaults
@@ -64,14 +66,10 @@ def hole_of(cells: BoolArray, low: FloatArray, road: int) -> Hole | None:
     # Most are slivers, whatever their parts.
     if not inner.any() or inner.sum() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
         return None
-    # It takes long to load, and few areas need it.
-    from scipy import ndimage
-
-    parts, _ = ndimage.label(inner)
-    size = np.bincount(parts.ravel())[1:]
-    if size.max() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
+    largest = largest_part(inner)
+    if largest.sum() * defaults.GAP_CELL**2 < defaults.ISLAND_LEAST_CLEAR:
         return None
-    body = _grown(parts == size.argmax() + 1) & cells
+    body = _grown(largest) & cells
     ring = ring_of(body, defaults.GAP_CELL, defaults.ISLAND_CLEARANCE)
     return Hole(road, low + ring, float(cells.sum()) * defaults.GAP_CELL**2)
 
@@ -92,6 +90,21 @@ def _grown(cells: BoolArray) -> BoolArray:
     out[:-1] |= cells[1:]
     out[:, 1:] |= cells[:, :-1]
     out[:, :-1] |= cells[:, 1:]
+    return out
+
+
+def largest_part(cells: BoolArray) -> BoolArray:
+    """Return the marked cells of the largest part whose cells share sides, of several the first."""
+    count = int(cells.sum())
+    number = np.full(cells.shape, -1, np.int32)
+    number[cells] = np.arange(count)
+    beside = ((number[1:], number[:-1]), (number[:, 1:], number[:, :-1]))
+    pairs = np.hstack([np.array([one, other])[:, (one >= 0) & (other >= 0)] for one, other in beside])
+    graph = sp.coo_array((np.ones(len(pairs[0]), np.int8), (pairs[0], pairs[1])), shape=(count, count))
+    part = connected_components(graph, directed=False)[1]
+    size = np.bincount(part)[part]
+    out = np.zeros(cells.shape, bool)
+    out[cells] = part == part[size.argmax()]
     return out
 
 

@@ -67,8 +67,6 @@ def raised_islands(
 
 def _on_roads(area: RoadsideThing, near: IntArray, road_map: RoadMap, tracks: FloatArray) -> Iterator[Island]:
     """Yield the parts of an area that lanes of the roads near it, by index, and tracks leave."""
-    from scipy import ndimage
-
     ring = area.points[:-1]
     size = 0.5 * float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)))
     if not defaults.ISLAND_MAPPED_LEAST <= abs(size) <= defaults.ISLAND_LARGEST_AREA:
@@ -86,6 +84,9 @@ def _on_roads(area: RoadsideThing, near: IntArray, road_map: RoadMap, tracks: Fl
     if not taken.any():
         yield Island(-1, road, ring[:: 1 if size > 0 else -1].copy(), area.osm_id)
         return
+    # It takes long to load, and few areas need it.
+    from scipy import ndimage
+
     cells = np.zeros(rows * columns, bool)
     cells[inside[~taken]] = True
     parts, count = ndimage.label(ndimage.binary_opening(cells.reshape(rows, columns), iterations=2))
