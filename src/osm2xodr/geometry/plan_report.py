@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature, owners, runs, smallest_radius
+from osm2xodr.curves import end_curvature, owners, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
@@ -17,7 +17,7 @@ from osm2xodr.geometry.defaults import CAR_WIDTH, MEETING_SHARE, SHORTEST_ROAD
 from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
 from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets
-from osm2xodr.model import Direction, IntArray, LaneSpec, LaneType, Rule, StreetNetwork
+from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
 
 # Ways there and back are compared at this many places each.
 _PLACES: Final = 16
@@ -90,28 +90,13 @@ def report_meeting_paths(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:
     """Report junctions where cars that drive from one arm to another meet those that come back."""
-    there, back = _opposing(connecting)
+    there, back = connecting.there_and_back()
     width = 0.5 * (connecting.entry_width + connecting.exit_width)
     least = np.minimum(CAR_WIDTH, MEETING_SHARE * 0.5 * (width[there] + width[back]))
     meets = curves_apart(connecting.plan_view, there, connecting.plan_view, back, _PLACES) < least
     for osm_id, count in _counted(network, layout, connecting.junction[there[meets]]):
         text = "cars from one arm to another meet those that come back: the arms leave no room for both"
         diagnostics.note("paths-meet", osm_id, text if count == 1 else f"{text} ({count} pairs of ways)")
-
-
-def _opposing(connecting: ConnectingRoads) -> tuple[IntArray, IntArray]:
-    """Return the ways there and back between the same two arms, by their rows, (pairs,)."""
-    cars = np.flatnonzero(connecting.for_vehicles() & (connecting.entry != connecting.exit))
-    one_way = np.array([connecting.lane_type[k] is not LaneType.BIDIRECTIONAL for k in cars.tolist()], bool)
-    cars = cars[one_way]
-    entry, exit_ = connecting.entry[cars], connecting.exit[cars]
-    many = int(max(entry.max(initial=0), exit_.max(initial=0))) + 1
-    there, back = entry * many + exit_, exit_ * many + entry
-    order = np.argsort(there, kind="stable")
-    first, last = (np.searchsorted(there[order], back, side) for side in ("left", "right"))
-    row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
-    once = entry[row] < exit_[row]
-    return cars[row[once]], cars[other[once]]
 
 
 def report_missing_corners(

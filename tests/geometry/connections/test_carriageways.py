@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,3 +108,25 @@ def test_curves_run_between_the_direct_one_and_the_way(share: float) -> None:
     assert middle[1] == pytest.approx(middle[0] + share * (middle[2] - middle[0]), abs=0.25)
     assert heading_change(between, np.arange(2)) == pytest.approx(heading_change(plan, np.arange(2)), abs=1e-6)
     assert not has_kinks(between).any()
+
+
+def test_a_curve_that_keeps_to_the_carriageways_is_taken_however_little_the_other_one_leaves_them() -> None:
+    """The direct turn of 9.9 m leaves them by 1.4 m; that of 9 m is the first that leaves them by 1.25 m at most."""
+    plan, streets = corner(11.4)
+    rows = np.arange(2)
+    off = streets.beyond(plan, rows, rows)[0]
+    assert OFF_CARRIAGEWAY < off < OFF_CARRIAGEWAY + 0.5
+    drawn = keep_to_carriageways(plan, streets)
+    assert smallest_radius(drawn)[0] == pytest.approx(9.0)
+    assert OFF_CARRIAGEWAY - 0.5 < streets.beyond(drawn, rows, rows)[0] <= OFF_CARRIAGEWAY
+
+
+@pytest.mark.parametrize("aside", [0.5, 1.0])
+def test_carriageways_lie_along_the_lines_of_osm(aside: float) -> None:
+    """The inside of the corner lies nearer to lines that are moved towards it, wherever the fitted curves lie."""
+    plan, streets = corner(22.0)
+    rows = np.arange(2)
+    lines = replace(streets.lines, x=streets.lines.x - aside, y=streets.lines.y - aside)
+    moved = replace(streets, lines=lines)
+    nearer = streets.beyond(plan, rows, rows) - moved.beyond(plan, rows, rows)
+    assert nearer == pytest.approx([aside, aside], abs=0.1)

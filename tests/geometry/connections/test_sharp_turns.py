@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from road_measures import assert_sound, smallest_radius_of
 from street_cases import Case
 
+from osm2xodr.curves import lengths, smallest_radius
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.connections import ConnectingRoads, connect, runs_backwards
+from osm2xodr.geometry.connections import ConnectingRoads, connect, curves_apart, runs_backwards, swing_out
 from osm2xodr.geometry.junctions import RoadParts
-from osm2xodr.model import Rule
+from osm2xodr.model import Access, FloatArray, LaneType, Rule
 
 # Two carriageways, 4.6 m apart, and a street that crosses them, where one may turn back.
 DUAL = Case(
@@ -58,3 +59,67 @@ def test_roads_whose_exit_lies_straight_behind_run_backwards(end: int, ahead: fl
     connecting = SimpleNamespace(plan_view=plan, entry=np.array([end]))
     parts = SimpleNamespace(plan_view=road, length=np.array([50.0]))
     assert runs_backwards(cast("ConnectingRoads", connecting), cast("RoadParts", parts)).tolist() == [backwards]
+
+
+def turned_right(before: float, after: float, beside: float) -> tuple[ConnectingRoads, FloatArray]:
+    """Draw a right turn between tangents of these lengths and the way back beside it, swing out; all m.
+
+    The second item are the lengths before.
+    """
+    x0, y0, hdg0 = np.array([[0.0, 0.0, 0.0], [before + beside, -after, math.pi / 2]]).T
+    x1, y1, hdg1 = np.array([[before, -after, -math.pi / 2], [0.0, beside, math.pi]]).T
+    plan = connect(x0, y0, hdg0, x1, y1, hdg1)
+    zero = np.zeros(2)
+    columns: dict[str, Any] = dict.fromkeys(("entry_t", "exit_t", "entry_aside", "exit_aside", "height"), zero)
+    columns |= dict.fromkeys(("entry_width", "exit_width"), zero + 3.0)
+    columns |= dict.fromkeys(("entry_lane", "exit_lane"), np.full(2, -1))
+    ways = ConnectingRoads(
+        plan_view=plan,
+        length=lengths(plan),
+        junction=np.zeros(2, np.int64),
+        entry=np.array([1, 2]),
+        exit=np.array([2, 1]),
+        against=np.zeros(2, bool),
+        lane_type=(LaneType.DRIVING,) * 2,
+        access=(Access.ALL,) * 2,
+        inner=((),) * 2,
+        **columns,
+    )
+    # The only road of the junction is far away.
+    one = np.ones(1)
+    parts = SimpleNamespace(
+        end_junction=np.array([[0, -1]]),
+        plan_view=connect(500 * one, 0 * one, 0 * one, 550 * one, 0 * one, 0 * one),
+        length=np.array([50.0]),
+        at_end=lambda _: SimpleNamespace(section=SimpleNamespace(left_edge=3.0, right_edge=-3.0)),
+    )
+    return swing_out(ways, cast("RoadParts", parts)), ways.length
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "radius"), [(3.2, 12.0, 4.2), (3.2, 8.0, 3.95), (2.8, 8.0, 3.6), (2.0, 8.0, 3.3)]
+)
+def test_a_sharp_turn_swings_out_with_the_largest_radius_for_which_there_is_room(
+    before: float, after: float, radius: float
+) -> None:
+    ways, length = turned_right(before, after, 20.0)
+    assert smallest_radius(ways.plan_view)[0] == pytest.approx(radius, rel=1e-6)
+    assert length[0] < ways.length[0] < 1.1 * length[0]
+
+
+def test_a_turn_swings_out_less_where_it_would_meet_cars_that_come_back() -> None:
+    """With 3.95 and 3.6 m it would come within 1.8 m of their way, which begins and ends 2 m beside it."""
+    ways, _ = turned_right(3.2, 8.0, 2.0)
+    assert smallest_radius(ways.plan_view)[0] == pytest.approx(3.3, rel=1e-6)
+    there, back = ways.there_and_back()
+    assert curves_apart(ways.plan_view, there, ways.plan_view, back, 32)[0] >= defaults.CAR_WIDTH
+
+
+def test_ways_there_and_back_join_the_same_arms() -> None:
+    ways, _ = turned_right(3.2, 8.0, 4.0)
+    assert [item.tolist() for item in ways.there_and_back()] == [[0], [1]]
+    assert [item.tolist() for item in ways.at_rows(np.array([1])).there_and_back()] == [[], []]
+    three = ways.joined(ways.at_rows(np.array([1])))
+    assert [item.tolist() for item in three.there_and_back()] == [[0, 0], [1, 2]]
+    shared = replace(ways, lane_type=(LaneType.BIDIRECTIONAL, LaneType.DRIVING))
+    assert [item.tolist() for item in shared.there_and_back()] == [[], []]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -52,3 +53,33 @@ def test_a_turn_back_that_is_too_long_begins_at_once(
         # Two quarters of the smallest circle, and 2 m between them
         assert smallest_radius(after.plan_view)[0] == pytest.approx(4.0, abs=0.01)
         assert after.length[0] == pytest.approx(4 * math.pi + 2.0, abs=0.01)
+
+
+@pytest.mark.parametrize("diagonal", [False, True])
+def test_a_way_over_an_arm_is_not_drawn_tighter_where_it_would_leave_the_carriageways(
+    diagonal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A way turns right and left over three streets with square corners; a shorter one would run across them.
+
+    With a street there, it may.
+    """
+    overrun = [(np.zeros(1, np.int64), np.zeros(1, np.int64), np.ones(1))]
+    none = np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
+    monkeypatch.setattr(tighter_ways, "ways_over_arms", lambda *_: overrun.pop() if overrun else none)
+    x, y, hdg = np.array([[0.0, 0.0, 0.0], [20.0, 0.0, -math.pi / 2], [20.0, -30.0, 0.0], [0.0, 0.0, 0.0]]).T
+    hdg[3], along = math.atan2(-30.0, 40.0), np.array([[20.0], [30.0], [20.0], [50.0]])
+    lines = curves_of(x, y, hdg, along, np.zeros((4, 1)))
+    # The nodes of the last one belong to the junction, or do not.
+    node = np.array([0, 1, 1, 2, 2, 3, *([0, 3] if diagonal else [4, 5])])
+    ends = SimpleNamespace(node=node, left=np.full(8, 3.0), right=np.full(8, -3.0), lines=lines)
+    layout = SimpleNamespace(nodes=((0, 1, 2, 3),))
+    parts = SimpleNamespace(street_end=lambda: np.arange(8))
+    quarter = 3 * math.pi
+    piece, bend = np.array([[14.0, quarter, 18.0, quarter, 14.0]]), np.array([[0.0, -1 / 6, 0.0, 1 / 6, 0.0]])
+    before = connecting(curves_of(np.zeros(1), np.zeros(1), np.zeros(1), piece, bend))
+    made = cast("StreetEnds", ends), cast("JunctionLayout", layout), cast("RoadParts", parts)
+    after = draw_tighter(*made, before)
+    if diagonal:
+        assert after.length[0] < before.length[0] - 10.0
+    else:
+        assert after.length == pytest.approx(before.length, abs=1e-12)

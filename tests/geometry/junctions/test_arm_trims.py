@@ -52,6 +52,7 @@ def star(
         raised=np.zeros(ends, bool),
         layer=np.zeros(ends, np.int64) if layers is None else np.repeat(layers, 2),
         aside=np.zeros(ends),
+        lines=plan,
     )
 
 

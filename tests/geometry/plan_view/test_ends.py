@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from street_cases import Case
 
+from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY
 from osm2xodr.geometry.plan_view.defaults import KERB_RADIUS, KERB_RADIUS_OTHER
 from osm2xodr.geometry.plan_view.ends import outward_pose
@@ -54,3 +55,16 @@ def test_kerbs_and_reach_go_by_class() -> None:
     at = [stages.end(way, 1) for way in (WEST, NORTH)]
     assert stages.ends.kerb[at].tolist() == [KERB_RADIUS_OTHER, KERB_RADIUS["service"]]
     assert stages.ends.reach[at].tolist() == [ARM_REACH] * 2
+
+
+def test_lines_are_those_of_osm_with_their_corners() -> None:
+    nodes = {"a": (0.0, 0.0), "b": (30.0, 0.0), "c": (30.0, 40.0), "d": (100.0, 40.0), "e": (30.0, 110.0)}
+    stages = Case(nodes, {1: ("a b c", ""), 2: ("c d", ""), 3: ("c e", "")}).stages()
+    lines, points = stages.ends.lines, [street.points for street in stages.network.streets]
+    assert lines.start.tolist() == [0, 2, 3, 4]
+    assert lengths(lines) == pytest.approx([70.0, 70.0, 70.0], abs=0.03)
+    # The corner, at which the fitted curve turns with a radius, is 30 m behind the start.
+    corner = np.column_stack(pose(lines, np.zeros(1, np.int64), lines.s[1:2])[:2])[0]
+    assert corner == pytest.approx(points[0][1], abs=1e-9)
+    x, y, _ = pose(lines, np.arange(3), lengths(lines))
+    assert np.column_stack([x, y]) == pytest.approx(np.array([item[-1] for item in points]), abs=1e-9)

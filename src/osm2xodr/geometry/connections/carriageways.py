@@ -73,6 +73,7 @@ class Carriageways:
     """The streets that the connecting roads run on, and how wide they are."""
 
     lanes: LanePaths
+    lines: PlanView  # OSM's lines of the streets
     half: FloatArray  # (n,) Half of the wider carriageway of the two arms of each connecting road, m
     arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
 
@@ -111,14 +112,15 @@ class Carriageways:
 
     @cached_property
     def _places(self) -> cKDTree:
-        """Places on all streets that the ways lead over."""
+        """Places on OSM's lines of all streets that the ways lead over."""
         paths = self.lanes.paths
         legs = np.column_stack([paths.curve, np.minimum(paths.s_from, paths.s_to), np.abs(paths.s_to - paths.s_from)])
         legs = np.unique(legs, axis=0)
         count = np.maximum(np.ceil(legs[:, 2] / _STREET_SPACING), 1).astype(np.int64) + 1
         of = np.repeat(np.arange(len(legs)), count)
         s = legs[of, 1] + ranks(count) * (legs[:, 2] / (count - 1))[of]
-        x, y, _ = pose(self.lanes.streets, legs[of, 0].astype(np.int64), s)
+        street = legs[of, 0].astype(np.int64)
+        x, y, _ = pose(self.lines, street, s * (lengths(self.lines) / lengths(self.lanes.streets))[street])
         return cKDTree(np.column_stack([x, y]))
 
 
@@ -126,7 +128,7 @@ def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: Int
     """Return the carriageways of connecting roads from street ends to street ends, (n,)."""
     arms = np.minimum(entry, exit_) * len(ends.left) + np.maximum(entry, exit_)
     half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
-    return Carriageways(lanes, half, arms)
+    return Carriageways(lanes, ends.lines, half, arms)
 
 
 def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
@@ -154,7 +156,7 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         bad = smallest_radius(drawn) < np.minimum(least, radius)
         bad |= (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
         good = np.flatnonzero(~_of_same_arms(bad, streets.arms[rows]))
-        most = np.where(off[good] > OFF_CARRIAGEWAY, off[good] - _LESS, OFF_CARRIAGEWAY)
+        most = np.maximum(off[good] - _LESS, OFF_CARRIAGEWAY)
         beyond = streets.beyond(drawn, good, rows[good], most)
         kept = ~_of_same_arms(beyond > most, streets.arms[rows[good]])
         good = good[kept]

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
+from osm2xodr.curves import cut_curves, lengths, runs, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
@@ -87,6 +87,20 @@ class ConnectingRoads:
     def for_vehicles(self) -> BoolArray:
         """Return which of them are for motor vehicles, (n,)."""
         return np.array([kind in VEHICLE_LANES for kind in self.lane_type], bool)
+
+    def there_and_back(self) -> tuple[IntArray, IntArray]:
+        """Return the ways of cars there and back between the same two arms, by their rows, (pairs,)."""
+        cars = np.flatnonzero(self.for_vehicles() & (self.entry != self.exit))
+        one_way = np.array([self.lane_type[k] is not LaneType.BIDIRECTIONAL for k in cars.tolist()], bool)
+        cars = cars[one_way]
+        entry, exit_ = self.entry[cars], self.exit[cars]
+        many = int(max(entry.max(initial=0), exit_.max(initial=0))) + 1
+        there, back = entry * many + exit_, exit_ * many + entry
+        order = np.argsort(there, kind="stable")
+        first, last = (np.searchsorted(there[order], back, side) for side in ("left", "right"))
+        row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
+        once = entry[row] < exit_[row]
+        return cars[row[once]], cars[other[once]]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""

@@ -11,8 +11,9 @@ from osm2xodr.curves import dubins_without_slivers, heading_change, lengths, pos
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, TURNING_RADIUS_ACUTE
+from osm2xodr.geometry.connections.opposing_paths import curves_apart
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
+from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -21,9 +22,14 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
 _PLACE_SPACING: Final = 1.0
-# They may be longer than the sharp turn by this factor if most cars manage them; by `LONGEST_REDRAWN`, unless they
-# turn back, if only a small car does.
-_LONGEST_SWING_ACUTE: Final = 1.3
+# Ways there and back are compared at this many places each.
+_PLACES: Final = 32
+# They may be longer than the sharp turn by this factor; by `LONGEST_REDRAWN`, unless they turn back, if no car turns
+# more sharply.
+_LONGEST_SWING: Final = 1.3
+# The first of these radii, m, that leaves room is taken: most cars drive the first, some the second, and small ones,
+# with care, the others. Choices.
+_RADII: Final = (TURNING_RADIUS_ACUTE, 3.95, 3.6, 3.3, CONNECTING_RADIUS)
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
@@ -31,10 +37,10 @@ _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
 
-    Those that would swing far for the radius that most cars need get the smallest one that a car drives.
+    Those that would swing far for the radius that most cars need get the largest one with which they do not.
     """
-    plan = connecting.plan_view
-    for radius, longest in ((TURNING_RADIUS_ACUTE, _LONGEST_SWING_ACUTE), (CONNECTING_RADIUS, LONGEST_REDRAWN)):
+    plan, pairs = connecting.plan_view, connecting.there_and_back()
+    for radius in _RADII:
         # Loops that turn back on their arm have their own room; bicycles need less than cars.
         sharp = (smallest_radius(plan) < radius * (1 - 1e-9)) & connecting.for_vehicles()
         row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
@@ -43,9 +49,12 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
         wide, found = _wide_curves(plan, row, np.full(len(row), radius))
         # A turn that a car just misses is better than a balloon; turns back have no other way.
         back = np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK
+        longest = LONGEST_REDRAWN if radius <= CONNECTING_RADIUS else _LONGEST_SWING
         short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan, row))
         found = found[short[found]]
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
+        if radius > CONNECTING_RADIUS:
+            free &= ~_meet(wide, found, plan, row[found], pairs)
         plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
@@ -72,6 +81,22 @@ def _wide_curves(
     start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
     wide = dubins_without_slivers(*start, *end, radius=radius, most_swing=most_swing)
     return wide, np.flatnonzero(lengths(wide) > 0)
+
+
+def _meet(
+    wide: PlanView, curve: IntArray, plan: PlanView, row: IntArray, pairs: tuple[IntArray, IntArray]
+) -> BoolArray:
+    """Say which curves, drawn for some rows of a plan, come nearer to a way back than the way before, and meet it."""
+    place = np.full(len(plan.start) - 1, -1)
+    place[row] = np.arange(len(row))
+    way, other = np.concatenate(pairs), np.concatenate(pairs[::-1])
+    drawn = place[way] >= 0
+    way, other = way[drawn], other[drawn]
+    before = curves_apart(plan, way, plan, other, _PLACES)
+    out = np.zeros(len(row), bool)
+    meets = curves_apart(wide, curve[place[way]], plan, other, _PLACES) < np.minimum(before, CAR_WIDTH)
+    out[place[way[meets]]] = True
+    return out
 
 
 def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:

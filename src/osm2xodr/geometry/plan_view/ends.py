@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, pose, starts, sum_before
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
@@ -38,6 +38,7 @@ class StreetEnds:
     raised: BoolArray
     layer: IntArray
     aside: FloatArray  # (ends,) How far left of the line of OSM, in the outward direction, the end's curve lies, m
+    lines: PlanView  # OSM's lines of the streets
 
 
 def street_ends(
@@ -77,7 +78,18 @@ def street_ends(
         raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
         layer=np.array([item.layer for item in attributes], np.int64),
         aside=np.zeros(len(end)) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
+        lines=_straight_lines([street.points for street in streets]),
     )
+
+
+def _straight_lines(polylines: list[FloatArray]) -> PlanView:
+    """Return polylines as curves, of a straight line from each of their points to the next."""
+    points, start = np.concatenate(polylines), starts([len(item) for item in polylines])
+    begins = np.delete(np.arange(len(points)), start[1:] - 1)
+    x, y = points[begins].T
+    dx, dy = (points[begins + 1] - points[begins]).T
+    size, start = np.hypot(dx, dy), start - np.arange(len(start))
+    return PlanView(start, sum_before(size, start), x, y, np.arctan2(dy, dx), size, np.zeros(len(size)))
 
 
 def outward_pose(ends: StreetEnds, end: IntArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
