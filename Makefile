@@ -113,13 +113,16 @@ clean:
 distclean: clean
 	rm -rf $(VENV) $(OLDEST) $(AUDIT)
 
-# The stamps say what was installed into .venv; a change of pyproject.toml installs anew.
+# The stamps say what was installed into .venv; a change of pyproject.toml installs anew. pip compiles what it installs, but
+# no editable package, and Python does not either where PYTHONDONTWRITEBYTECODE is set, as in many containers.
 $(VENV)/.run: pyproject.toml | $(BIN)/python
 	$(PIP) install --quiet --editable '.[scene]'
+	$(BIN)/python -m compileall -q src
 	@touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(PIP) install --quiet --editable '.[test]'
+	$(BIN)/python -m compileall -q src
 	@touch $@ $(VENV)/.run
 
 $(OLDEST)/.made: pyproject.toml

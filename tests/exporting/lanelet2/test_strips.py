@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +54,19 @@ def test_long_ones_are_divided(tmp_path: Path) -> None:
     assert of(480.0, one) == [(0, 160), (160, 320), (320, 480)]
     # Where sections meet that are too long together.
     assert of(320.0, one + section(180.0, right=lane(-1, (0, 3.0), more=LINKED))) == [(0, 180), (180, 320)]
+
+
+def test_hairpins_are_divided(tmp_path: Path) -> None:
+    # Half a circle of 20 m radius, and 20 m more.
+    turn = math.pi * 20.0
+    plan = geometry('<arc curvature="0.05"/>', turn) + geometry(LINE, 20.0, s=turn, x=0.0, y=40.0, hdg=math.pi)
+    lanes = section(0.0, right=lane(-1, (0, 3.0), more=LINKED))
+    cut = cut_into_strips(read_text(tmp_path, document(road("1", plan, length=turn + 20.0, lanes=lanes))), 0.05, 2.0)
+    (_, middle), (again, end) = spans(cut)
+    assert middle == again
+    # 1.41 times as much as may be: half of it lies where the road has turned by 97 degrees.
+    assert middle == pytest.approx(0.5 * (turn / 200.0 + 1.0 + 0.1) / (1.0 / 200.0 + 0.05 / math.pi), abs=2.0)
+    assert end == pytest.approx(turn + 20.0)
 
 
 def test_a_mark_that_changes_within_a_section_begins_a_strip(tmp_path: Path) -> None:

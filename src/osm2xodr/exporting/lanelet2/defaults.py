@@ -9,9 +9,10 @@ from typing import Final
 TURN_LEAST: Final = 0.5236
 # Lanes that are nowhere wider than this are no lanelets, m: it is less than any road mark.
 NARROWEST: Final = 0.01
-# Longer lanelets are divided, m: CommonRoad's designer tells the sides of lanelets apart in a frame along them, which
-# it cannot make of winding ones of 500 m. A choice.
+# Lanelets that are longer, m, or turn by more, rad, or by some of both, are divided: CommonRoad's designer tells the
+# sides of lanelets apart in a frame along them, which it cannot make around hairpins. Choices.
 LONGEST: Final = 200.0
+MOST_TURN: Final = 3.1416
 # Points of a bound that are closer together than this are one, m: readers divide by their distance.
 CLOSEST: Final = 0.01
 # Ends of linked lanes that are farther apart than this are reported, m: the checker's lane gaps are small below it.

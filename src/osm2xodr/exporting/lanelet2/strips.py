@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.checking import contacts_of, lane_index
 from osm2xodr.curves import owners, wrapped
-from osm2xodr.exporting.lanelet2.defaults import KERB_LOW, LONGEST, NARROWEST
+from osm2xodr.exporting.lanelet2.defaults import KERB_LOW, LONGEST, MOST_TURN, NARROWEST
 from osm2xodr.exporting.lanelet2.words import LANELETS, Mark, location_of, mark_of
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Ribbons, Stations, lane_ribbons, sample_roads
@@ -137,6 +137,10 @@ class _Maker:
     ) -> None:
         self._file, self._stations, self._ribbons = file, stations, ribbons
         self._border_start = border_start
+        turn = np.abs(wrapped(np.diff(stations.hdg)))
+        # What lies between two roads is of no interest; damaged files have places that are no numbers.
+        extent = np.nan_to_num(np.abs(np.diff(stations.s)) / LONGEST + turn / MOST_TURN)
+        self._extents = np.cumsum(np.append(0.0, extent))
         index = lane_index(file)
         self._direction = np.where(index.both_ways, 0, np.where(index.forward, 1, -1))
         self._kept = _kept(file, ribbons)
@@ -180,8 +184,9 @@ class _Maker:
             # Lanes of both ways that open from nothing begin a little later: traffic would turn round there.
             shared = [row for row in self._rows(section).values() if self._direction[row] == 0]
             inner += [k for row in shared for k, w in ((1, 0), (len(s) - 2, -1)) if self._width(row)[w] <= NARROWEST]
-            parts = int(np.ceil((s[-1] - s[0]) / LONGEST))
-            inner += [int(np.argmin(np.abs(s - at))) for at in np.linspace(s[0], s[-1], parts + 1)[1:-1]]
+            extent = self._extents[rows] - self._extents[rows[0]]
+            shares = np.linspace(0.0, extent[-1], int(np.ceil(extent[-1] - _SAME)) + 1)[1:-1]
+            inner += [int(np.argmin(np.abs(extent - at))) for at in shares]
             marks = sorted({0, len(s) - 1, *inner})
             for first, last in pairwise(marks):
                 words = self._words(road, section, slice(first, last + 1), float(s[first]))
@@ -192,7 +197,7 @@ class _Maker:
         """Return whether a piece goes on where a strip ends, with nothing changed."""
         if strip.words != piece.words or abs(strip.s[1] - piece.s[0]) > _SAME:
             return False
-        if piece.s[1] - strip.s[0] > LONGEST:
+        if self._extent(strip) + self._extent(piece) > 1.0 + _SAME:
             return False
         (before, _, _), (section, _, _) = strip.pieces[-1], piece.pieces[0]
         if before == section:
@@ -201,6 +206,15 @@ class _Maker:
         one, other = ([row[lane.id] for lane in piece.words.lanes] for row in rows)
         found = {(a, b) for a, b in self._onward[before] if a in one and b in other}
         return found == set(zip(one, other, strict=True))
+
+    def _extent(self, strip: Strip) -> float:
+        """Return how long a strip is as a share of what it may be."""
+        out = 0.0
+        for section, first, last in strip.pieces:
+            begin = self._ribbons.start[self._border_start[section]]
+            one, other = self._ribbons.station[[begin + first, begin + last]]
+            out += float(self._extents[other] - self._extents[one])
+        return out
 
     def _rows(self, section: int) -> dict[int, int]:
         """Return the rows of the lanes of a section that become lanelets, by id."""
