@@ -179,10 +179,19 @@ def polylines(draw: st.DrawFn) -> Points:
 
 def _retraced(points: Points) -> bool:
     """Whether a line comes back to where it began and turns straight back on the way: little is left without it."""
-    back = math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]) < 1.0
-    headings = [math.atan2(q[1] - p[1], q[0] - p[0]) for p, q in itertools.pairwise(points)]
-    turns = [abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(headings)]
-    return back and max(turns, default=0.0) > math.radians(165.0)
+    back = math.dist(points[-1], points[0]) < 1.0
+    # Points closer than half a metre may be left out.
+    far = points[:1]
+    for point in points[1:]:
+        if math.dist(point, far[-1]) > 0.6:
+            far.append(point)
+    return back and any(_largest_turn(line) > math.radians(165.0) for line in (points, [*far, points[-1]]))
+
+
+def _largest_turn(points: Points) -> float:
+    legs = [(q[0] - p[0], q[1] - p[1]) for p, q in itertools.pairwise(points) if p != q]
+    headings = [math.atan2(y, x) for x, y in legs]
+    return max((abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(headings)), default=0.0)
 
 
 @settings(max_examples=200, deadline=None)
