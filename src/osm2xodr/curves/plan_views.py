@@ -14,8 +14,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Pieces of curves that are not longer than this are left out, m: rounding errors.
 SHORTEST_PIECE: Final = 1e-7
-# Lines that follow each other and whose headings differ by less are one line, rad.
-_SAME_HEADING: Final = 1e-8
+# Lines that follow each other and whose headings differ by less are one, rad: ASAM's checker calls them redundant.
+_SAME_HEADING: Final = 1e-6
 # Cuts leave out pieces that are not longer than this, m.
 _SHORTEST_CUT: Final = 1e-9
 # How far behind a place a record must begin to hold there when the limit from the left is asked for, m.

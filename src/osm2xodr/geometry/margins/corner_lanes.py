@@ -66,8 +66,6 @@ def _lane_id(
     """Return the lane id, in the last lane section of a road, of the strip that `strips_at_end` gives a number."""
     road, last, side = end // 2, end % 2 == 1, 1 if number > 0 else -1
     sections = layouts[road].sections
-    if len(sections) == 1:
-        return number
     rank = [strip for strip, _ in strips_at_end(parts, margins[road], end, side)].index(number)
     here = parts.at_end(end).section
     carriageway = len(here.left if side > 0 else here.right)
