@@ -12,6 +12,7 @@ import shapely
 
 from osm2xodr.exporting.scene.buildings.defaults import AREA_LEAST, LOST_SHARE, PARTS_SHARE, PASSAGE
 from osm2xodr.exporting.scene.model import Level, RoadSurface
+from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.model import BoolArray, Building, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 
@@ -108,16 +109,12 @@ def _outlines(
         own = [next(places) for _ in range(1 + len(building.holes))]
         if not all(np.isfinite(ring).all() for ring in own):
             continue
-        shape = shapely.Polygon(own[0])
-        if not shape.is_valid:
-            shape = shapely.make_valid(shape)
+        shape, repaired = area_of(own[0], own[1:])
+        if repaired:
             found["repaired"].append(building.osm_id)
-        for hole in own[1:]:
-            shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
-        for part in shapely.get_parts(shapely.get_parts(shape)):
-            if shapely.get_type_id(part) == shapely.GeometryType.POLYGON:
-                rows.append(row)
-                shapes.append(part)
+        parts = polygons_of(shape)
+        rows += [row] * len(parts)
+        shapes += parts
     return rows, shapes
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -11,6 +12,7 @@ import shapely
 
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import REACH, WATER_LEVEL_SPREAD, WATER_SAMPLE
+from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
@@ -31,6 +33,18 @@ class WaterShapes:
     seas: int = 0  # How many of them, the first ones, are the sea
     levels: FloatArray = field(default_factory=lambda: np.zeros(0))  # Of each area, m; NaN where it is not level
 
+    @cached_property
+    def union(self) -> Any:
+        """All areas as one."""
+        out = shapely.union_all(np.array(self.areas, object))
+        shapely.prepare(out)
+        return out
+
+    @cached_property
+    def shore(self) -> Any:
+        """The outline of all areas."""
+        return shapely.boundary(self.union)
+
     def found_at(self, x: FloatArray, y: FloatArray) -> IntArray:
         """Return the first area at each place, (n,), -1 for none."""
         out = np.full(len(x), -1)
@@ -45,16 +59,14 @@ def water_shapes(water: Water, frame: Frame, vertices: FloatArray) -> WaterShape
     """Return the water around roads, whose surface has `vertices`, (n, 2 or 3), m."""
     low, high = vertices[:, :2].min(0) - 2.0 * REACH, vertices[:, :2].max(0) + 2.0 * REACH
     box = shapely.box(*low, *high)
-    sea = [part for shape in _sea(_places(water.coastlines, frame), box) for part in _clipped(shape, box)]
+    coast = _sea(_places(water.coastlines, frame), box)
+    sea = [part for shape in coast for part in polygons_of(shapely.intersection(shape, box))]
     inland = []
     for area in water.areas:
         outline, *holes = _places((area.outline, *area.holes), frame)
         if not all(np.isfinite(ring).all() for ring in (outline, *holes)):
             continue
-        shape = shapely.make_valid(shapely.Polygon(outline))
-        for hole in holes:
-            shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
-        inland += _clipped(shape, box)
+        inland += polygons_of(shapely.intersection(area_of(outline, holes)[0], box))
     for part in (*sea, *inland):
         shapely.prepare(part)
     return WaterShapes((*sea, *inland), len(sea))
@@ -66,12 +78,6 @@ def _places(rings: Sequence[FloatArray], frame: Frame) -> list[FloatArray]:
         return []
     xy = np.column_stack(frame.to_inertial(*np.concatenate(rings).T))
     return np.split(xy, np.cumsum([len(ring) for ring in rings])[:-1])
-
-
-def _clipped(shape: Any, box: Any) -> list[Any]:
-    """Return the polygons of a shape within a rectangle."""
-    parts = shapely.get_parts(shapely.get_parts(shapely.intersection(shape, box)))
-    return [part for part in parts if shapely.get_type_id(part) == shapely.GeometryType.POLYGON]
 
 
 def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
@@ -198,18 +204,18 @@ def _cut(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> tuple[Fl
     corners = vertices[faces]
     middle = corners[:, :, :2].mean(1)
     wet = shapes.found_at(middle[:, 0], middle[:, 1]) >= 0
-    water = shapely.union_all(np.array(shapes.areas, object))
-    shore = shapely.boundary(water)
     low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    _, near = shapely.STRtree(boxes).query(_segments(shore), predicate="intersects")
+    _, near = shapely.STRtree(boxes).query(_segments(shapes.shore), predicate="intersects")
     near = np.unique(near)
     plan = shapely.polygons(corners[near][:, :, :2])
-    crossed = shapely.intersects(plan, shore)
+    crossed = shapely.intersects(plan, shapes.shore)
     near, plan = near[crossed], plan[crossed]
-    shapely.prepare(water)
     pieces, row, wets = list[Any](), list[IntArray](), list[BoolArray]()
-    for shape, is_wet in ((shapely.intersection(plan, water), True), (shapely.difference(plan, water), False)):
+    for shape, is_wet in (
+        (shapely.intersection(plan, shapes.union), True),
+        (shapely.difference(plan, shapes.union), False),
+    ):
         parts, of = shapely.get_parts(shapely.constrained_delaunay_triangles(shape), return_index=True)
         pieces.append(shapely.orient_polygons(parts))
         row.append(near[of])
