@@ -12,19 +12,22 @@ from osm_builder import ROAD, Area, about
 
 from osm2xodr.checking import CheckOptions, CheckResult, check_file
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import build_roads
+from osm2xodr.geometry import ElevationOptions, build_roads
 from osm2xodr.model import RoadMap
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
+LEVEL = Ground(lambda x, y: 0.0 * x)
 HILLS = Ground(lambda x, y: 300.0 + 0.01 * x + 0.002 * np.abs(y), cell_size=5.0, sigma=0.5)
 BRIDGE = f"{ROAD} bridge=yes"
 
 
-def built(area: Area, folder: Path, ground: Ground = HILLS) -> tuple[RoadMap, Diagnostics, CheckResult]:
+def built(
+    area: Area, folder: Path, ground: Ground = HILLS, options: ElevationOptions | None = None
+) -> tuple[RoadMap, Diagnostics, CheckResult]:
     """Return the road map of an area, what was said about it, and what `check` finds in its file."""
     network, _ = area.parse(folder)
     diagnostics = Diagnostics()
-    road_map = build_roads(network, ground, diagnostics)
+    road_map = build_roads(network, ground, diagnostics, options)
     path = folder / "area.xodr"
     with path.open("wb") as file:
         write_xodr(road_map, file, WriteOptions(), Diagnostics())
@@ -111,8 +114,16 @@ def test_what_the_solve_could_not_keep_apart_is_reported_once(tmp_path: Path) ->
         assert frozenset((int(finding.road), int(finding.text.split()[-1]))) in pairs
 
 
-def test_bridges_of_a_level_world_are_reported_as_such(tmp_path: Path) -> None:
-    road_map, diagnostics, result = built(crossing(BRIDGE), tmp_path, Ground(lambda x, y: 0.0 * x))
+def test_bridges_of_a_level_world_keep_clear(tmp_path: Path) -> None:
+    road_map, diagnostics, result = built(crossing(BRIDGE), tmp_path, LEVEL)
+    assert about(diagnostics, "clearance") == []
+    assert result.findings == ()
+    assert road_map.statistics["layer_crossings"] == 1.0
+
+
+def test_without_structures_bridges_of_a_level_world_are_reported_as_such(tmp_path: Path) -> None:
+    options = ElevationOptions(structures=False)
+    road_map, diagnostics, result = built(crossing(BRIDGE), tmp_path, LEVEL, options)
     (note,) = about(diagnostics, "clearance")
     assert note.message.startswith("it passes at the height of way/")
     assert note.message.endswith("all ground is at one height")

@@ -113,9 +113,10 @@ def gap(road_map: RoadMap) -> float:
 
 @pytest.mark.parametrize("way", [2, 4])
 @pytest.mark.parametrize("wanted", [4.4, 7.0])
-def test_a_clearance_holds_over_and_under_the_way(way: int, wanted: float) -> None:
-    assert gap(build_corrected(BRIDGE, surface=GROUND)[0]) == pytest.approx(5.2, abs=0.3)
-    road_map, found = build_corrected(BRIDGE, {way: WayCorrection(clearance=wanted)}, surface=GROUND)
+@pytest.mark.parametrize("surface", [None, GROUND])
+def test_a_clearance_holds_over_and_under_the_way(way: int, wanted: float, surface: Ground | None) -> None:
+    assert gap(build_corrected(BRIDGE, surface=surface)[0]) == pytest.approx(5.2, abs=0.3)
+    road_map, found = build_corrected(BRIDGE, {way: WayCorrection(clearance=wanted)}, surface=surface)
     assert gap(road_map) == pytest.approx(wanted, abs=0.3)
     words = f"{wanted:g} m from road to road where others pass over or under it"
     assert said(found) == {(f"way/{way}", "clearance"): (True, words)}
@@ -128,16 +129,9 @@ def test_the_clearance_of_the_upper_way_counts() -> None:
     assert {element: applied for (element, _), (applied, _) in said(found).items()} == {"way/2": True, "way/4": False}
 
 
-@pytest.mark.parametrize(
-    ("way", "flat", "why"),
-    [
-        (1, False, "no road passes over or under it"),
-        (9, False, "no road is made of it"),
-        (2, True, "all ground is at"),
-    ],
-)
-def test_a_clearance_without_a_crossing_matches_nothing(way: int, flat: bool, why: str) -> None:
-    surface = None if flat else GROUND
+@pytest.mark.parametrize(("way", "why"), [(1, "no road passes over or under it"), (9, "no road is made of it")])
+@pytest.mark.parametrize("surface", [None, GROUND])
+def test_a_clearance_without_a_crossing_matches_nothing(way: int, why: str, surface: Ground | None) -> None:
     _, found = build_corrected(BRIDGE, {way: WayCorrection(clearance=6.0)}, surface=surface)
     applied, text = said(found)[f"way/{way}", "clearance"]
     assert not applied

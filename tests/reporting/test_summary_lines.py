@@ -42,9 +42,18 @@ def test_what_was_made_comes_first(network: Conversion) -> None:
 
 def test_a_flat_world_and_lights_are_said(network: Conversion) -> None:
     lit = dataclasses.replace(network.statistics, further={"traffic_lights": 12.0}, dem_coverage=None)
-    lines = summary(dataclasses.replace(network, statistics=lit), Diagnostics(), has_heights=False).lines()
+    level = dataclasses.replace(network.road_map, elevation_report=None)
+    flat_world = dataclasses.replace(network, road_map=level, statistics=lit)
+    lines = summary(flat_world, Diagnostics(), has_heights=False).lines()
     assert lines[0].text.startswith("  0.5 km of road, 1 junction, 12 traffic lights; ")
-    assert lines[1].text == "  flat at height 0: there is no elevation model"
+    flat = "  flat at height 0: there is no elevation model"
+    assert lines[1].text == flat
+    report = ElevationReport(0.0, 0.0, 0.0, (), (), (), ())
+    raised = dataclasses.replace(network.road_map, elevation_report=report)
+    heights = dataclasses.replace(network.statistics, lowest=-4.26, highest=5.2)
+    crossed = dataclasses.replace(network, road_map=raised, statistics=heights)
+    second = summary(crossed, Diagnostics(), has_heights=False).lines()[1].text
+    assert second == f"{flat}; bridges and tunnels, with their ramps, from -4.3 to 5.2 m"
 
 
 def test_bridges_and_tunnels_are_counted(network: Conversion) -> None:

@@ -81,7 +81,7 @@ Examples:
 Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage, 130 interrupted.""",
 )
 @click.argument("area", type=PATH)
-@dem_option("Elevation models, any CRS; without one the world is flat at 0")
+@dem_option("Elevation models, any CRS; without one the world is flat at 0, but for bridges and tunnels")
 @output_option("OpenDRIVE file")
 @overwrite_option
 @declared_options(name for name in DECLARATIONS if name not in _LAST)

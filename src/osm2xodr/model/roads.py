@@ -357,7 +357,8 @@ class RoadMap:
     superelevation: CubicProfile
     lane_offset: CubicProfile
     statistics: Mapping[str, float] = field(default_factory=dict)
-    elevation_report: ElevationReport | None = None  # None on a level world
+    # None on a level world where no road passes over another
+    elevation_report: ElevationReport | None = None
     # Where no elevation model has a height at the reference lines of the roads; None on a level world
     unmeasured: Stretches | None = None
     country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries

@@ -99,7 +99,10 @@ def _made(conversion: Conversion, *, has_heights: bool) -> list[str]:
     side = "left" if road_map.rule.value == "LHT" else "right"
     place = f"{road_map.country or 'outside of all countries'}, {extent}, traffic on the {side}"
     if not has_heights:
-        return [f"{', '.join(parts)}; {place}", "flat at height 0: there is no elevation model"]
+        flat = "flat at height 0: there is no elevation model"
+        if road_map.elevation_report is not None:
+            flat += f"; bridges and tunnels, with their ramps, from {figures.lowest:,.1f} to {figures.highest:,.1f} m"
+        return [f"{', '.join(parts)}; {place}", flat]
     heights = f"heights from {figures.lowest:,.1f} to {figures.highest:,.1f} m"
     if figures.dem_coverage is not None:
         heights += f", measured on {percent(figures.dem_coverage)} of the roads"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from division_cases import EAST, WEST, borders_of, partition
@@ -11,7 +9,7 @@ from elevation_helpers import Ground, Solved, make_problem, straight
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
-from osm2xodr.geometry.borders.heights import chosen_roads, with_border_heights
+from osm2xodr.geometry.borders.heights import with_border_heights
 from osm2xodr.geometry.heights import ProfileProblem, solve_profiles
 from osm2xodr.model import FloatArray, Partition, Surface
 
@@ -58,21 +56,3 @@ def test_where_no_elevation_model_reaches_the_border_it_is_said() -> None:
     same = with_border_heights(problem, borders_of(problem, areas), none, None, diagnostics)
     assert same is problem
     assert [item.message for item in diagnostics] == ["no elevation model reaches the border with b"]
-
-
-def test_some_roads_make_the_problem_that_they_would_make_alone() -> None:
-    roads = [
-        straight((0.0, 0.0), (100.0, 0.0), end=0, highway="primary", grade=0.01, name=3),
-        straight((500.0, 0.0), (600.0, 0.0)),
-        straight((110.0, 0.0), (200.0, 0.0), start=0, end_link=6, spans=((0.0, 0, 0), (20.0, 1, 1))),
-        straight((200.0, 0.0), (300.0, 0.0), start_link=5, end=1),
-    ]
-    problem = make_problem(roads, [(105.0, 0.0), (310.0, 0.0)])
-    part = chosen_roads(problem, np.array([0, 2], np.int64))
-    alone = make_problem([roads[0], replace(roads[2], end_link=-1)], [(105.0, 0.0)])
-    for name in ("end_junction", "end_link", "junction_xy", "span_start", "span_s", "span_structure", "span_layer"):
-        np.testing.assert_array_equal(getattr(part, name), getattr(alone, name))
-    assert part.span_highway == alone.span_highway
-    assert part.span_way.tolist() == [100, 102, 103]
-    for name in ("start", "s", "x", "y", "hdg", "length", "curvature"):
-        np.testing.assert_array_equal(getattr(part.plan_view, name), getattr(alone.plan_view, name))

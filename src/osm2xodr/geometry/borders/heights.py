@@ -9,27 +9,25 @@ share one solve, and need this at the borders of the block alone.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from typing import Any, Final, TypeAlias, TypeVar
+from dataclasses import dataclass, replace
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from osm2xodr.curves import (
-    chosen_curves,
     cubic_slope,
     cubic_value,
     distance_to_outline,
     places_along,
     pose,
-    runs,
 )
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import (
     ElevationOptions,
-    KnownHeights,
     Pins,
     ProfileProblem,
+    chosen_roads,
     ground_around,
     solve_profiles,
 )
@@ -46,12 +44,6 @@ COMMON_ORIGIN: Final = (0.0, 0.0)
 SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
 # Road, x and y of samples along roads, local, m, all (n,).
 _Points: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
-_Column = TypeVar("_Column", FloatArray, IntArray)
-_SPAN_COLUMNS: Final = tuple(
-    name
-    for name in (item.name for item in fields(ProfileProblem))
-    if name.startswith("span_") and name not in ("span_start", "span_highway")
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +119,9 @@ def _heights(
     """
     index = np.searchsorted(near, road)
     unknown = np.full(len(road), np.nan)
-    alone = replace(chosen_roads(problem, near), pins=Pins(index, s, unknown, unknown))
+    # Both areas know the same roads near their border, but not the same junctions.
+    part = chosen_roads(replace(problem, connectors=None, carried=None), near)
+    alone = replace(part, pins=Pins(index, s, unknown, unknown))
     x, y = (column[np.isin(points[0], near)] for column in points[1:])
     try:
         surface = surface_around(x, y)
@@ -136,50 +130,3 @@ def _heights(
     ground = ground_around(surface, x, y, options, COMMON_ORIGIN)
     solution = solve_profiles(alone, surface, Diagnostics(), options, ground)
     return cubic_value(solution.elevation, index, s), cubic_slope(solution.elevation, index, s)
-
-
-def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
-    """Return the problem of some of the roads, as if there were no others; `chosen` (n,) ascends strictly."""
-    plan_view = problem.plan_view
-    number = np.full(len(problem.end_junction), -1, np.int64)
-    number[chosen] = np.arange(len(chosen))
-    spans = np.diff(problem.span_start)[chosen]
-    span = runs(problem.span_start[chosen], spans)
-    junctions = np.unique(problem.end_junction[chosen])
-    junctions = junctions[junctions >= 0]
-    of_junction = np.full(len(problem.junction_xy) + 1, -1, np.int64)
-    of_junction[junctions] = np.arange(len(junctions))
-    link = problem.end_link[chosen]
-    linked = np.where(link >= 0, number[link // 2], -1)
-    known = problem.known
-    if known is not None:
-        # As the junctions: of places on roads both areas know the same.
-        of = np.flatnonzero((known.road >= 0) & (number[known.road] >= 0))
-        known = KnownHeights(
-            known.node[of], number[known.road[of]], known.s[of], known.junction[of], known.offset[of], known.z[of]
-        )
-    ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
-    columns: dict[str, Any] = {name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS}
-    return replace(
-        problem,
-        plan_view=chosen_curves(plan_view, chosen),
-        end_junction=of_junction[problem.end_junction[chosen]],
-        end_link=np.where(linked >= 0, 2 * linked + link % 2, -1),
-        junction_xy=problem.junction_xy[junctions],
-        span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
-        span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
-        **columns,
-        ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
-        ele_s=_rows(problem.ele_s, ele),
-        ele_z=_rows(problem.ele_z, ele),
-        known=known,
-        road_id=_rows(problem.road_id, chosen),
-        pins=None,
-        # Both areas know the same roads near their border, but not the same junctions.
-        connectors=None,
-    )
-
-
-def _rows(column: _Column | None, rows: IntArray | None) -> _Column | None:
-    """Return some rows of a column, None if it is missing."""
-    return None if column is None or rows is None else column[rows]

@@ -6,6 +6,7 @@ from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
 from osm2xodr.geometry.heights.crossings import curve_spans, levels_at
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
+from osm2xodr.geometry.heights.part import chosen_roads
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ElevationOptions,
@@ -28,6 +29,7 @@ __all__ = [
     "Pins",
     "ProfileProblem",
     "ProfileSolution",
+    "chosen_roads",
     "connector_profiles",
     "curve_spans",
     "either_profile",

@@ -231,6 +231,13 @@ CROSSFALL_ROOM: Final = 200.0
 # Length over which roads of a level world come back to it from a junction whose arms lie on its crossfall, m. A
 # choice: what 6 m of offset and 2.5 % make is 0.2 %.
 LEVEL_AGAIN: Final = 100.0
+# Where one road passes over another on a level world, roads within this distance may be ramps, m: 6 m at 6 % and the
+# crest and sag at its ends take 250 m.
+RAMP_REACH: Final = 300.0
+# How firmly roads keep to a level world there: cell size, m, and standard error, m, of an elevation model to which
+# they would keep as firmly. Choices: ramps have about the grade of their class.
+LEVEL_CELL: Final = 10.0
+LEVEL_SIGMA: Final = 1.0
 
 # ---------------------------------------------------------------- records
 

@@ -1,13 +1,22 @@
-"""Heights of roads on a world of one height: that height, but where junctions lie on the crossfall of their arms."""
+"""Heights of roads on a world of one height.
+
+They have that height, but where junctions lie on the crossfall of their arms, and where bridges and tunnels lead over
+or under other roads: these and the ramps to them are solved as elsewhere, and all other roads keep out of it.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+from scipy.spatial import cKDTree
 
 from osm2xodr.curves import lengths
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import end_poses
-from osm2xodr.geometry.heights.problem import ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.crossings import Crossings
+from osm2xodr.geometry.heights.elements import Network, end_poses
+from osm2xodr.geometry.heights.part import chosen_junctions, chosen_roads
+from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.heights.records import (
     Knots,
     either_profile,
@@ -15,7 +24,25 @@ from osm2xodr.geometry.heights.records import (
     level_profile,
     spread_curves,
 )
-from osm2xodr.model import CubicProfile, FloatArray
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, SurfaceQuality
+
+
+@dataclass(frozen=True, slots=True)
+class LevelGround:
+    """Level ground that ramps may leave as they may leave that of an elevation model."""
+
+    z: float  # m
+    cell_size: float = defaults.LEVEL_CELL
+    sigma: float = defaults.LEVEL_SIGMA
+
+    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return its height, m, for local x, y (n,), m, and that it is measured."""
+        return np.full(len(x), self.z), np.ones(len(x), bool)
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return how much heights at local x, y (n,), m, count."""
+        size = len(x)
+        return SurfaceQuality(np.full(size, self.cell_size), np.full(size, self.sigma), np.zeros(size, np.bool_))
 
 
 def level_solution(problem: ProfileProblem, z: float, superelevation: FloatArray) -> ProfileSolution:
@@ -57,3 +84,73 @@ def _between(length: FloatArray, z: float, end_z: FloatArray, end_grade: FloatAr
     keep[~long, 1:3] = False
     start = np.concatenate([[0], np.cumsum(keep.sum(axis=1))]).astype(np.int64)
     return hermite_records(Knots(start, s[keep], value[keep], slope[keep]))
+
+
+def ramp_roads(network: Network, crossings: Crossings, z: float) -> IntArray:
+    """Return the roads that need not keep to the height z of the world, m, ascending.
+
+    They lie within the reach of ramps to places where one road passes over another, or are held to another height.
+    """
+    samples, pins, near = network.samples, network.problem.pins, np.zeros(0, np.int64)
+    if len(crossings.xy):
+        places = np.column_stack([samples.x, samples.y])
+        away = cKDTree(crossings.xy).query(places, distance_upper_bound=defaults.RAMP_REACH)[0]
+        near = network.elements.road[samples.element[np.isfinite(away)]]
+    held = near[:0] if pins is None else pins.road[np.isfinite(pins.z) & ((pins.z != z) | (pins.grade != 0.0))]
+    return np.asarray(np.union1d(near, held))
+
+
+def ramp_problem(network: Network, roads: IntArray, level: ProfileSolution) -> tuple[ProfileProblem, Pins]:
+    """Return the problem of those roads alone, and their ends where others go on, which keep the level solution."""
+    problem = network.problem
+    own = np.zeros(len(problem.end_junction), bool)
+    own[roads] = True
+    node = network.unknowns.end_node.reshape(-1, 2)
+    # Whether a road that keeps the level meets there.
+    others = np.bincount(node[~own].ravel(), minlength=int(node.max()) + 1) > 0
+    row, end = np.nonzero(others[node[roads]])
+    part = chosen_roads(problem, roads)
+    s = np.where(end == 0, 0.0, lengths(part.plan_view)[row])
+    ends = Pins(row, s, level.end_z[roads[row], end], level.end_grade[roads[row], end])
+    # Tags of heights and grades contradict a level world.
+    part = replace(
+        part, span_grade=np.full(len(part.span_s), np.nan), known=None, ele_road=None, ele_s=None, ele_z=None
+    )
+    return replace(part, pins=_joined(ends, problem.pins, roads)), ends
+
+
+def _joined(ends: Pins, pins: Pins | None, roads: IntArray) -> Pins:
+    """Return pins at ends of some roads, and the others that these have."""
+    if pins is None:
+        return ends
+    on = np.flatnonzero(np.isin(pins.road, roads))
+    return Pins(
+        np.concatenate([ends.road, np.searchsorted(roads, pins.road[on])]),
+        *(np.concatenate([getattr(ends, name), getattr(pins, name)[on]]) for name in ("s", "z", "grade")),
+    )
+
+
+def with_ramps(
+    problem: ProfileProblem, roads: IntArray, level: ProfileSolution, ramps: ProfileSolution, ends: Pins
+) -> ProfileSolution:
+    """Return the level solution with the heights of `ramp_problem`, whose `ends` keep the level, on some roads."""
+    profile = spread_curves(ramps.elevation, roads, len(problem.end_junction))
+    end_z, end_grade, planes = level.end_z.copy(), level.end_grade.copy(), level.junction_plane.copy()
+    pinned = roads[ends.road], np.where(ends.s > 0.0, 1, 0)
+    held = end_z[pinned], end_grade[pinned]
+    end_z[roads], end_grade[roads] = ramps.end_z, ramps.end_grade
+    end_z[pinned], end_grade[pinned] = held
+    junctions = chosen_junctions(problem, roads)
+    inner = np.ones(len(problem.junction_xy), bool)
+    at = problem.end_junction[pinned]
+    inner[at[at >= 0]] = False
+    planes[junctions] = np.where(inner[junctions, None], ramps.junction_plane, planes[junctions])
+    return replace(
+        level,
+        elevation=either_profile(profile, level.elevation),
+        junction_plane=planes,
+        end_z=end_z,
+        end_grade=end_grade,
+        statistics=ramps.statistics,
+        report=ramps.report,
+    )

@@ -119,7 +119,8 @@ class ProfileSolution:
     end_z: FloatArray
     end_grade: FloatArray
     statistics: Mapping[str, float] = field(default_factory=dict)  # Figures about the solution, for reports
-    report: ElevationReport | None = None  # The same, place by place; None on a level world
+    # The same, place by place; None on a level world where no road passes over another
+    report: ElevationReport | None = None
     # R curves, rad, with slope 0 at junctions; None where it was not asked for
     superelevation: CubicProfile | None = None
     # (R, 2) Superelevation at each road's start and end, rad; None for 0. At a junction it is the same for all arms,

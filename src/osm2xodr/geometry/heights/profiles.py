@@ -20,7 +20,7 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.level_world import level_solution
+from osm2xodr.geometry.heights.level_world import LevelGround, level_solution, ramp_problem, ramp_roads, with_ramps
 from osm2xodr.geometry.heights.limits import (
     Limits,
     limit_clearances,
@@ -41,6 +41,7 @@ from osm2xodr.geometry.heights.report import (
     report,
     report_known_clearances,
     report_known_heights,
+    report_limits,
     statistics,
     tabulate,
 )
@@ -104,21 +105,86 @@ def solve_profiles(
     if not options.structures:
         on_ground = np.zeros_like(problem.span_structure)
         problem = replace(problem, span_structure=on_ground, span_layer=on_ground)
+    network, cell = _cut(problem, surface)
+    superelevation, across = road_superelevation(network, surface, options.superelevation, diagnostics)
+    z = _only_height(network, surface)
+    if z is not None:
+        solution = _solve_level(network, z, across, options, diagnostics)
+    else:
+        solved = _solve(network, cell, surface, across, options, ground)
+        report(network, solved.outcome, diagnostics)
+        report_known_heights(problem, solved.known_z, diagnostics)
+        report_known_clearances(problem, solved.outcome.crossings, diagnostics)
+        solution = _write_records(network, solved.outcome)
+    eased = ease_lane_grades(problem, solution.elevation)
+    profiles = [profile for profile in (superelevation, eased) if profile is not None]
+    found = reduce(either_profile, profiles) if profiles else None
+    return replace(solution, superelevation=found, end_superelevation=across)
+
+
+def _cut(problem: ProfileProblem, surface: Surface) -> tuple[Network, FloatArray]:
+    """Cut roads into elements and samples, as finely as the surface's cells along each road allow, (R,), m."""
     spacing = road_spacing(problem, surface)
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
-    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
-    network = Network(problem, elements, samples, number_unknowns(problem, elements))
-    superelevation, across = road_superelevation(network, surface, options.superelevation, diagnostics)
-    heights = np.concatenate([reading.z, at_junctions.z])
-    # An exact surface of one height.
-    if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
-        report_known_heights(problem, None, diagnostics)
-        report_known_clearances(problem, None, diagnostics)
-        level = level_solution(problem, float(heights[0]) if len(heights) else 0.0, across)
-        return replace(level, superelevation=superelevation)
+    return Network(problem, elements, samples, number_unknowns(problem, elements)), spacing.cell
 
-    model = _build_model(network, reading, at_junctions, options, spacing.cell)
+
+def _only_height(network: Network, surface: Surface) -> float | None:
+    """Return the height of all roads if the surface is exact and there is but one, m."""
+    samples, junctions = network.samples, network.problem.junction_xy
+    if not len(samples.x):
+        return 0.0
+    if surface.cell_size > 0.0:
+        return None
+    x, y = np.concatenate([samples.x, junctions[:, 0]]), np.concatenate([samples.y, junctions[:, 1]])
+    z = surface.heights(x, y)[0]
+    exact = not np.ptp(z) and not surface.quality(x, y).cell_size.any()
+    return float(z[0]) if exact else None
+
+
+def _solve_level(
+    network: Network, z: float, across: FloatArray, options: ElevationOptions, diagnostics: Diagnostics
+) -> ProfileSolution:
+    """Return the heights on a world of one height, m: that, but for what leads over or under other roads."""
+    problem = network.problem
+    report_known_heights(problem, None, diagnostics)
+    level = level_solution(problem, z, across)
+    if not len(network.elements.h):
+        return level
+    crossings, _ = find_crossings(problem, network.unknowns.end_node)
+    report_known_clearances(problem, crossings, diagnostics)
+    roads = ramp_roads(network, crossings, z)
+    if not len(roads):
+        return level
+    (part, ends), surface = ramp_problem(network, roads, level), LevelGround(z)
+    ramps, cell = _cut(part, surface)
+    solved = _solve(ramps, cell, surface, across[roads], options, Ground(_roughness_factor(options)))
+    report_limits(ramps, solved.outcome, diagnostics)
+    return with_ramps(problem, roads, level, _write_records(ramps, solved.outcome), ends)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    outcome: Outcome
+    known_z: FloatArray  # Heights of the solution where the user knows them, m
+
+
+def _solve(
+    network: Network,
+    cell: FloatArray,
+    surface: Surface,
+    across: FloatArray,
+    options: ElevationOptions,
+    ground: Ground,
+) -> _Solved:
+    """Solve for the heights of roads.
+
+    `cell`, (R,), m, is the size of the surface's cells along each of them, and `across`, (R, 2), rad, the
+    superelevation at their ends.
+    """
+    reading, at_junctions = read_heights(surface, network.samples, network.problem.junction_xy, ground)
+    model = _build_model(network, reading, at_junctions, options, cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
     weight, floating = weigh_heights(network, reading)
@@ -132,16 +198,7 @@ def solve_profiles(
     # As large as all the rest together, and used up.
     del observations, limits
     release_memory()
-
-    outcome = _read_solution(model, solved.x, road_z, floating, clearances)
-    report(network, outcome, diagnostics)
-    report_known_heights(problem, known_z, diagnostics)
-    report_known_clearances(problem, model.crossings, diagnostics)
-    solution = _write_records(network, outcome)
-    eased = ease_lane_grades(problem, solution.elevation)
-    profiles = [profile for profile in (superelevation, eased) if profile is not None]
-    found = reduce(either_profile, profiles) if profiles else None
-    return replace(solution, superelevation=found, end_superelevation=across)
+    return _Solved(_read_solution(model, solved.x, road_z, floating, clearances), known_z)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:

@@ -138,8 +138,8 @@ def _misfit(trial: IntArray, knots: Knots, value_tolerance: float, slope_toleran
 def add_pins(knots: Knots, pins: Pins) -> tuple[Knots, BoolArray]:
     """Return the knots with those of pins, and which are new, (knots,).
 
-    Pins lie apart from each other and from the ends of curves. A pin without a height or grade gets that of the cubic
-    there.
+    Pins lie apart from each other, and right at the ends of curves or apart from these. A pin without a height or
+    grade gets that of the cubic there.
     """
     records = hermite_records(knots)
     value, slope = (
@@ -150,7 +150,8 @@ def add_pins(knots: Knots, pins: Pins) -> tuple[Knots, BoolArray]:
     left, ends = np.ones(len(knots.s), bool), knots.is_end
     for road, s in zip(pins.road.tolist(), pins.s.tolist(), strict=True):
         part = slice(knots.start[road], knots.start[road + 1])
-        left[part] &= ends[part] | (np.abs(knots.s[part] - s) > _KNOT_DISTANCE)
+        # The end of a curve only for a pin that lies there itself.
+        left[part] &= np.abs(knots.s[part] - s) > np.where(ends[part], 0.0, _KNOT_DISTANCE)
     curve = np.concatenate([knots.curve[left], pins.road])
     s, value, slope = (
         np.concatenate([old[left], new])

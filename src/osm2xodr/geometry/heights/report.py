@@ -105,10 +105,15 @@ def _samples_on_ground(network: Network, outcome: Outcome) -> IntArray:
 def report(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
     """Report which heights are guesses and which limits are not met."""
     _report_gaps(network, outcome, diagnostics)
-    _report_grades(network, outcome, diagnostics)
-    _report_crossings(network.problem, outcome, diagnostics)
+    report_limits(network, outcome, diagnostics)
     _report_inclines(network.problem, diagnostics)
     _report_off_ground(network, outcome, diagnostics)
+
+
+def report_limits(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
+    """Report which limits of grades and clearances are not met."""
+    _report_grades(network, outcome, diagnostics)
+    _report_crossings(network.problem, outcome, diagnostics)
 
 
 def _length_by_way(network: Network, samples: IntArray) -> dict[int, float]:
@@ -189,12 +194,12 @@ def report_known_heights(problem: ProfileProblem, z: FloatArray | None, diagnost
             applied(diagnostics, f"node/{node}", "z", f"the road is at {z[k]:.2f} m there")
 
 
-def report_known_clearances(problem: ProfileProblem, crossings: Crossings | None, diagnostics: Diagnostics) -> None:
-    """Report corrections of clearances; there are no crossings on a level world."""
+def report_known_clearances(problem: ProfileProblem, crossings: Crossings, diagnostics: Diagnostics) -> None:
+    """Report corrections of clearances."""
     if problem.span_clearance is None:
         return
     known = np.isfinite(problem.span_clearance)
-    used = set() if crossings is None or crossings.known_by is None else set(crossings.known_by.tolist())
+    used = set() if crossings.known_by is None else set(crossings.known_by.tolist())
     for way in np.unique(problem.span_way[known]).tolist():
         wanted = float(problem.span_clearance[known & (problem.span_way == way)][0])
         if way in used:
@@ -202,7 +207,7 @@ def report_known_clearances(problem: ProfileProblem, crossings: Crossings | None
             applied(diagnostics, f"way/{way}", "clearance", said)
         else:
             why = "no road passes over or under it, or one with a correction of its own"
-            unused(diagnostics, f"way/{way}", "clearance", _LEVEL if crossings is None else why)
+            unused(diagnostics, f"way/{way}", "clearance", why)
 
 
 def _report_inclines(problem: ProfileProblem, diagnostics: Diagnostics) -> None:

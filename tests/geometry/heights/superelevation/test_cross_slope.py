@@ -224,7 +224,8 @@ def test_it_is_read_up_to_half_a_metre_from_the_edges(width: float, middle: floa
 
     found = wide(Ground(height, cell_size=1.0, sigma=0.1), width, middle)
     assert cross(found, 0, np.array([400.0])) == pytest.approx([0.04], abs=1e-5)
-    across = np.unique(np.round(seen[-1], 6))
+    # The ground under the road is read beside it at most once on either side.
+    across = max((np.unique(np.round(y, 6)) for y in seen), key=len)
     assert across == pytest.approx(middle + reach * np.linspace(-1.0, 1.0, 7))
 
 
