@@ -165,12 +165,14 @@ class _Pairs:
         return _Pairs(*(getattr(self, item.name)[rows] for item in fields(_Pairs)))
 
 
-def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossings, Crossings]:
+def find_crossings(
+    problem: ProfileProblem, end_node: IntArray, *, on_ground: bool = True
+) -> tuple[Crossings, Crossings]:
     """Find where one carriageway passes over another, by their areas, layers and structures.
 
     `end_node`, (2 R,), is the node that each road end lies at; junction j is node j. The second result are the places
-    where carriageways are level: on different layers right beside a node that they share, and where they cross on the
-    ground without a common node.
+    where carriageways are level: on different layers right beside a node that they share, and, if `on_ground`, where
+    they cross there without a common node.
     """
     ways = lay_out_carriageways(problem)
     pairs = _places(ways, _overlaps(ways))
@@ -183,7 +185,7 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossin
     half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
     apart = ways.level[pairs.upper] != ways.level[pairs.lower]
     meeting = near & apart & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
-    level = _places(ways, _on_the_ground(problem, ways))
+    level = _places(ways, _on_the_ground(problem, ways)) if on_ground else pairs.chosen(np.zeros(0, np.int64))
     level = level.chosen(np.flatnonzero(~_meetings(problem, end_node, ways, level)[0]))
     chosen = pairs.chosen(np.flatnonzero(passing)), _one_after_the_other(pairs.chosen(np.flatnonzero(meeting)), level)
     found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, rows)) for rows in chosen)

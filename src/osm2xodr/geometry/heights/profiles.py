@@ -152,7 +152,7 @@ def _solve_level(
     level = level_solution(problem, z, across)
     if not len(network.elements.h):
         return level
-    crossings, _ = find_crossings(problem, network.unknowns.end_node)
+    crossings = find_crossings(problem, network.unknowns.end_node, on_ground=False)[0]
     report_known_clearances(problem, crossings, diagnostics)
     roads = ramp_roads(network, crossings, z)
     if not len(roads):
