@@ -46,7 +46,7 @@ def cut_at(plan: PlanView, curve: IntArray, s: FloatArray, least: float) -> Plan
     row, ds = row[inside][order], ds[inside][order]
     apart = np.ones(len(row), bool)
     apart[1:] = (row[1:] != row[:-1]) | (ds[1:] - ds[:-1] >= least)
-    return _cut(plan, row[apart], ds[apart])
+    return cut_records(plan, row[apart], ds[apart])
 
 
 def with_even_ends(plan: PlanView, curves: BoolArray, step: float) -> PlanView:
@@ -60,10 +60,10 @@ def with_even_ends(plan: PlanView, curves: BoolArray, step: float) -> PlanView:
     half, end = 0.5 * (step + rest[short]), plan.length[short]
     long = count[short] > 2
     row = np.concatenate([short[long], short])
-    return _cut(plan, row, np.concatenate([end[long] - 2.0 * half[long], end - half]))
+    return cut_records(plan, row, np.concatenate([end[long] - 2.0 * half[long], end - half]))
 
 
-def _cut(plan: PlanView, row: IntArray, ds: FloatArray) -> PlanView:
+def cut_records(plan: PlanView, row: IntArray, ds: FloatArray) -> PlanView:
     """Cut records, by their indices, ds behind their starts, m; a record may be cut several times."""
     count = len(plan.s)
     row, ds = np.concatenate([np.arange(count), row]), np.concatenate([np.zeros(count), ds])
