@@ -49,6 +49,29 @@ def test_traffic_on_the_left_is_the_mirror_image() -> None:
         assert left_edge(left, way, s) == pytest.approx(width - left_edge(right, way, s), abs=1e-6)
 
 
+@pytest.mark.parametrize(("beside", "kept"), [(12.0, 1.0), (8.2, 0.5), (7.75, 0.05)])
+def test_the_opposite_carriageway_keeps_its_room(beside: float, kept: float) -> None:
+    """A lane for left turns opens toward it: the lanes that go on would be in line if it lay farther left."""
+    tags = "highway=secondary oneway=yes maxspeed=50"
+    case = Case(
+        {
+            "a": (-600.0, 0.0), "b": (-60.0, 0.0), "c": (0.0, 0.0), "d": (600.0, 0.0), "n": (0.0, beside),
+            "w": (-600.0, beside), "e": (600.0, beside), "s": (0.0, 100.0),
+        },
+        {
+            1: ("a b", f"{tags} lanes=2 width=6"),
+            2: ("b c", f"{tags} lanes=3 width=9 turn:lanes=left|through|through"),
+            3: ("c d", f"{tags} lanes=2 width=6"),
+            4: ("e n w", f"{tags} lanes=2 width=6"),
+            5: ("c n s", "highway=secondary lanes=2 width=6"),
+        },
+    )  # fmt: skip
+    roads = case.build()
+    assert_sound(roads)
+    shift = kept * defaults.IN_LINE_MOST_TURNS
+    assert left_edge(roads, 2, -5.0) == pytest.approx(4.5 + shift, abs=0.02)
+
+
 def test_lanes_that_are_in_line_stay() -> None:
     nodes = {"a": (-300.0, 0.0), "b": (0.0, 0.0), "c": (300.0, 0.0), "s": (0.0, -80.0)}
     ways = {k: (path, "highway=secondary") for k, path in enumerate(("a b", "b c", "b s"), start=1)}

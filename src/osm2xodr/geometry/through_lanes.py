@@ -19,6 +19,7 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Stretch, change_between, shifted_stretch, with_shifted_ends
+from osm2xodr.geometry.opposite_carriageways import shares_with_room
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, Rule
 
 
@@ -52,8 +53,8 @@ class _Shifts:
             self.before.append(before)
             self.behind.append(behind)
 
-    def found(self) -> list[float]:
-        """Return the shifts with the least squares, of each part, m."""
+    def found(self) -> FloatArray:
+        """Return the shifts with the least squares, of each part, (parts,), m."""
         shape = len(self.off), len(self.weight)
         entries = [(k, n, s) for k, (n, s) in enumerate(self.behind) if n >= 0]
         entries += [(k, n, -s) for k, (n, s) in enumerate(self.before) if n >= 0]
@@ -61,8 +62,7 @@ class _Shifts:
         matrix = sp.csr_matrix((sign, (row, column)), shape)
         found = spsolve((matrix.T @ matrix + sp.diags(self.weight)).tocsc(), -(matrix.T @ np.array(self.off)))
         most = np.array(self.most)
-        out: list[float] = np.where(np.abs(found) < defaults.IN_LINE_LEAST, 0.0, np.clip(found, -most, most)).tolist()
-        return out
+        return np.asarray(np.where(np.abs(found) < defaults.IN_LINE_LEAST, 0.0, np.clip(found, -most, most)))
 
 
 def keep_lanes_in_line(parts: RoadParts, connecting: ConnectingRoads, rule: Rule) -> RoadParts:
@@ -86,7 +86,8 @@ def keep_lanes_in_line(parts: RoadParts, connecting: ConnectingRoads, rule: Rule
         shifts.in_line(aside, (before, 1.0 if one % 2 else -1.0), (behind, -1.0 if other % 2 else 1.0))
     if not shifts.off:
         return parts
-    found = [*shifts.found(), 0.0]
+    shift = shifts.found()
+    found = [*(shift * shares_with_room(parts, numbers, shift)).tolist(), 0.0]
     stretches = list(parts.stretches)
     for road, part in numbers.items():
         aside = [found[k] for k in part]

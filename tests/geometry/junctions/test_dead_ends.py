@@ -1,4 +1,4 @@
-"""Dead ends on the carriageway of a street that they do not meet."""
+"""Dead ends on or behind the carriageway of a street that they do not meet."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ def cut_back(end: tuple[float, float], *, tags: str = "highway=service width=4",
 
 
 @pytest.mark.parametrize("way", ["c d", "d c"])
-@pytest.mark.parametrize(("y", "gone"), [(5.0, 0.0), (3.0, 1.3), (0.0, 4.3), (-3.5, 7.8)])
-def test_an_end_on_a_street_is_cut_back_to_its_edge(y: float, gone: float, way: str) -> None:
+@pytest.mark.parametrize(
+    ("y", "gone"), [(5.0, 0.0), (3.0, 1.3), (0.0, 4.3), (-3.5, 7.8), (-10.0, 14.3), (-12.0, 0.0)]
+)
+def test_an_end_on_a_street_or_behind_it_is_cut_back_to_its_edge(y: float, gone: float, way: str) -> None:
     assert cut_back((0.0, y), way=way) == pytest.approx(gone, abs=0.5)
 
 
@@ -47,7 +49,7 @@ def test_what_passes_the_street_or_runs_along_it_keeps_its_length() -> None:
     assert after.trim.tolist() == stages.layout.trim.tolist()
 
 
-@pytest.mark.parametrize("tags", ["bridge=yes layer=1", "tunnel=yes layer=-1", "layer=-2"])
+@pytest.mark.parametrize("tags", ["bridge=yes layer=1", "tunnel=yes layer=-1", "layer=-2", "bridge=yes layer=0"])
 def test_ends_above_and_below_a_street_keep_their_length(tags: str) -> None:
     assert cut_back((0.0, 0.0), tags=f"highway=service width=4 {tags}") == 0.0
 

@@ -1,4 +1,4 @@
-"""Dead ends that lie on the carriageway of another street, without a node in common."""
+"""Dead ends that lie on or just behind the carriageway of another street, without a node in common."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
 # Places along streets at which it is asked whether a dead end lies on them, and along dead ends, m.
 _SPACING: Final = 4.0
 _STEP: Final = 0.5
-# Dead ends are cut back by this at most, m: across a wide carriageway at a slant. What lies on another street for
-# longer runs along it. And they keep this share of their length. Choices.
+# Dead ends are cut back by this at most, m: across a wide carriageway at a slant, or by the entrance of a car park
+# behind a street. What lies on another street for longer runs along it. And they keep this share of their length.
+# Choices.
 _MOST: Final = 15.0
 _LEAST_SHARE: Final = 0.5
 # Carriageways count as apart from this distance on, m. A choice.
@@ -28,7 +29,7 @@ _GAP: Final = 0.3
 def cut_back_ends_on_streets(
     network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, layout: JunctionLayout, diagnostics: Diagnostics
 ) -> JunctionLayout:
-    """Cut back dead ends whose middle lies on a street of their layer that they do not meet, and report them.
+    """Cut back dead ends on or just behind a street of their layer that they do not meet, and report them.
 
     Most were meant to join that street, but nothing says so: roads would lie on each other that know nothing of it.
     """
@@ -41,17 +42,22 @@ def cut_back_ends_on_streets(
     for end, street in streets.under(ends, np.flatnonzero(free)):
         if np.isin(node[[2 * street, 2 * street + 1]], node[[end, end ^ 1]]).any():
             continue
-        u = np.arange(0.0, min(_MOST, _LEAST_SHARE * float(ends.length[end])), _STEP)
+        u = _back(ends, end)
         on = np.zeros(len(u), bool)
         x, y, hdg = outward_pose(ends, np.full(len(u), end), u)
         for edge in (float(ends.left[end]), float(ends.right[end])):
             on |= streets.covers(street, x - edge * np.sin(hdg), y + edge * np.cos(hdg), _GAP)
-        if len(u) and not on[-1]:
+        if not on[-1]:
             trim[end] = max(trim[end], u[np.flatnonzero(on)[-1] + 1] if on.any() else 0.0)
             way = network.streets[end // 2].attributes_at_end(end).osm_way_id
-            text = "it ends on another road without a common node, and is cut back to where it is apart"
+            text = "it ends on or behind another road without a common node, and is cut back to where it is apart"
             diagnostics.repaired("lies-on-another", f"way/{way}", text)
     return replace(layout, trim=trim)
+
+
+def _back(ends: StreetEnds, end: int) -> FloatArray:
+    """Return how far from a dead end it may be cut back, (n,), m, from 0 on."""
+    return np.arange(0.0, max(min(_MOST, _LEAST_SHARE * float(ends.length[end])), _STEP), _STEP)
 
 
 class _Streets:
@@ -70,21 +76,26 @@ class _Streets:
         piece = find_record(starts([len(pieces) for pieces in fitted.pieces]), begin, self.street, s)
         self._left = np.array([section.left_edge for _, _, section in every])[piece]
         self._right = np.array([section.right_edge for _, _, section in every])[piece]
-        self._layer = np.array([attributes.layer for _, attributes, _ in every])[piece]
+        # By layer, and bridges, tunnels and what lies on the ground apart.
+        level = [3 * attributes.layer + attributes.structure for _, attributes, _ in every]
+        self._level = np.array(level)[piece]
 
     def under(self, ends: StreetEnds, found: IntArray) -> list[tuple[int, int]]:
-        """Return the ends, of those asked about, whose middle lies on a street of their layer, and that street."""
+        """Return the ends, of those asked about, whose middle lies on a street of their level, and that street."""
         if not len(found):
             return []
-        x, y, _ = outward_pose(ends, found, np.zeros(len(found)))
+        back = [_back(ends, end) for end in found.tolist()]
+        end = np.repeat(found, [len(u) for u in back])
+        x, y, _ = outward_pose(ends, end, np.concatenate(back))
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
-        tree = cKDTree(self._xy)
-        near = [np.array(tree.query_ball_point(at, reach), np.int64) for at in np.column_stack([x, y])]
-        row, place = np.repeat(np.arange(len(found)), [len(places) for places in near]), np.concatenate(near)
-        own = (self.street[place] == found[row] // 2) | (self._layer[place] != ends.layer[found[row]])
-        row, place = row[~own], place[~own]
+        around = cKDTree(self._xy).query_ball_point(np.column_stack([x, y]), reach)
+        near = [np.array(places, np.int64) for places in around]
+        row, place = np.repeat(np.arange(len(end)), [len(places) for places in near]), np.concatenate(near)
+        own = np.where(end % 2 == 1, self._first[end // 2 + 1] - 1, self._first[end // 2])
+        other = (self.street[place] != end[row] // 2) & (self._level[place] == self._level[own[row]])
+        row, place = row[other], place[other]
         on = self._on(place, x[row], y[row], 0.0)
-        pairs = np.unique(np.column_stack([found[row[on]], self.street[place[on]]]), axis=0)
+        pairs = np.unique(np.column_stack([end[row[on]], self.street[place[on]]]), axis=0)
         return [(int(end), int(street)) for end, street in pairs]
 
     def covers(self, street: int, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:

@@ -85,6 +85,19 @@ def test_no_piece_is_shorter_than_the_distance_of_samples(samples: int) -> None:
     assert np.abs(cubic_slope(profile, np.zeros(400, np.int64), dense)).max() < 0.31
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_knots_between_samples_do_not_swing(seed: int) -> None:
+    """Twelve pieces over sixteen intervals: hardly any sample lies within a piece."""
+    random = np.random.default_rng(seed)
+    step = 0.024 * np.sign(random.normal(size=16)) * random.random(16) ** 0.3
+    value = np.concatenate([[0.0], np.cumsum(step)])
+    slope = np.concatenate([[0.0], (value[2:] - value[:-2]) / 4.0, [0.0]])
+    profile = fit(32.0, value, slope, 0.007, 0.002)
+    dense = np.linspace(0.0, 32.0, 400)
+    # Samples change by 0.012 per metre at most; a cubic between two of them is up to 1.5 times as steep.
+    assert np.abs(cubic_slope(profile, np.zeros(400, np.int64), dense)).max() < 0.018
+
+
 def test_records_that_continue_one_another_are_one() -> None:
     """A trapezoid: its corners fit no spline of few pieces, but its sides are straight."""
     s = np.linspace(0.0, 40.0, 21)

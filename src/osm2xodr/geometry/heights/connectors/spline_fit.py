@@ -122,6 +122,9 @@ def _fit_group(
         misfit = np.abs(rest - inner @ values[:, 4:].T).max(axis=1)
         misfit_slope = np.abs(rest_slope - inner @ slopes[:, 4:].T).max(axis=1)
         good = (misfit <= tolerance[left]) & (misfit_slope <= slope_tolerance[left, 0])
+        # Knots between samples are free to swing where there are hardly more samples than knots.
+        steepest = np.abs(slope[left]).max(axis=1) + slope_tolerance[left, 0]
+        good &= np.abs(inner[:, 1::2]).max(axis=1, initial=0.0) <= steepest
         knots = np.hstack([ends[left, :2], inner, ends[left, 2:]])[good]
         knots[:, 0::2] += base[left[good]]
         out.append((left[good], trial, knots))
