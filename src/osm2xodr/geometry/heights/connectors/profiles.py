@@ -73,8 +73,8 @@ def connector_profiles(
 ) -> tuple[CubicProfile, CubicProfile]:
     """Return elevation and superelevation of connecting roads.
 
-    Height, grade and superelevation at both ends are those of the roads where they are touched. The superelevation has
-    slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
+    Height, grade and superelevation at both ends are those of the roads where these are touched. The superelevation
+    has slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
     level across have none. `solution` has the heights of the roads of `problem`.
     """
     uneven = solution.junction_plane[:, 1:].any(axis=1)[connectors.junction]
