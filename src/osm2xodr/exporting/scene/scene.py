@@ -86,6 +86,10 @@ def make_scene(
     notes = []
     if ground.unknown > 0:
         notes.append(f"no elevation model knows {ground.unknown:,.0f} m² around roads: there is no ground there")
+    if ground.interpolated > 0:
+        notes.append(
+            f"no elevation model knows {ground.interpolated:,.0f} m² of the ground: its height is interpolated"
+        )
     if surroundings is not None:
         built = building_parts(surroundings[0].buildings, surroundings[1], surface, passage, ground)
         found["buildings"] = built.parts

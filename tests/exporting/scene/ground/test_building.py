@@ -46,7 +46,7 @@ def terrain(ground: Ground, detail: int = 0) -> FloatArray:
 
 
 def assert_sound(surface: RoadSurface, ground: Ground, but: IntArray | Sequence[int] = ()) -> None:
-    """Every rim but those given is met, no triangle is none or upside down, and roads and ground fill the squares."""
+    """Every rim but those given is met, no triangle is none or upside down, and roads and ground fill one area."""
     rim = rim_of(surface)
     kept = np.delete(np.arange(len(rim.edges)), but)
     for detail in range(3):
@@ -57,8 +57,16 @@ def assert_sound(surface: RoadSurface, ground: Ground, but: IntArray | Sequence[
         area, plan = areas(corners)
         assert area.min() > 1e-6
         assert plan.min() > -1e-9
-        road = areas(surface.vertices[surface.faces[surface.level == Level.GROUND]])[1].sum()
-        assert plan.sum() + road == pytest.approx(25.0 * ground.cells.ground.sum(), rel=1e-9)
+        assert_fills_one_area(corners, surface.vertices[surface.faces[surface.level == Level.GROUND]])
+
+
+def assert_fills_one_area(ground: FloatArray, road: FloatArray, shared: float = 0.0) -> None:
+    """Seen from above, both together have neither gaps nor overlaps, but for what roads share, m²."""
+    every = np.concatenate([ground, road])
+    plan = areas(every)[1]
+    whole = shapely.union_all(shapely.polygons(every[plan > 1e-9][:, :, :2]))
+    assert plan.sum() - shared == pytest.approx(whole.area, rel=1e-9)
+    assert [len(part.interiors) for part in shapely.get_parts(whole)] == [0]
 
 
 @pytest.mark.parametrize(
@@ -139,9 +147,8 @@ def test_roads_that_lie_over_each_other_are_met_where_they_can_be_seen() -> None
     surface = strips(straight(LONG), (over[0], over[1], levels))
     ground = made(surface, plane(20.0))
     corners = triangles(ground)
-    area, plan = areas(corners)
-    road = areas(surface.vertices[surface.faces])[1].sum() - 8.0 * 8.0
-    assert plan.sum() + road == pytest.approx(25.0 * ground.cells.ground.sum(), rel=1e-9)
+    area, _ = areas(corners)
+    assert_fills_one_area(corners, surface.vertices[surface.faces], shared=8.0 * 8.0)
     assert area.min() > 1e-6
     # What lies over it is a bridge.
     assert settled(surface, None)[0].level.tolist() == [Level.GROUND] * 28 + [Level.BRIDGE] * 2
@@ -238,6 +245,41 @@ def test_junctions_in_tunnels_are_in_them() -> None:
     assert (settled(alone, plane(16.0))[0].level == Level.TUNNEL).all()
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.8])
+def test_the_ground_ends_at_a_smooth_line_around_roads(angle: float) -> None:
+    cos, sin = np.cos(angle), np.sin(angle)
+    road = straight(LONG)
+    turned = tuple([(cos * x - sin * y, sin * x + cos * y, z) for x, y, z in side] for side in road[:2])
+    surface = strips((turned[0], turned[1], road[2]))
+    ground = made(surface, lambda x, y: 20.0 + 0.1 * x + 0.0 * y)
+    assert_sound(surface, ground)
+    strip = shapely.MultiPoint(surface.vertices[:, :2]).convex_hull
+    # The outline is straight across squares of up to 10 m, or 20 m, of which the diagonal is a chord.
+    for detail, size in enumerate((10.0, 10.0, 20.0)):
+        corners = triangles(ground, detail)
+        whole = shapely.union_all(shapely.polygons(corners[areas(corners)[1] > 1e-9][:, :, :2])).union(
+            strip.buffer(1e-6)
+        )
+        outer = shapely.get_coordinates(shapely.segmentize(shapely.get_exterior_ring(whole), 1.0))
+        away = shapely.distance(strip, shapely.points(outer))
+        assert away.max() <= 100.0 + 0.1
+        assert away.min() >= 100.0 - 2.0 * size**2 / (8.0 * 100.0) - 0.1
+
+
+def test_gaps_of_the_elevation_model_are_closed_smoothly() -> None:
+    def damaged(x: FloatArray, y: FloatArray) -> FloatArray:
+        gap = (np.abs(x - 120.0) < 30.0) & (np.abs(y - 50.0) < 30.0)
+        return np.where(gap, np.nan, 18.0 + 0.02 * x + 0.05 * y)
+
+    surface = strips(straight(LONG))
+    ground, whole = made(surface, damaged), made(surface, plane(18.0, 0.02, 0.05))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(60.0, 180.0, 7.0), np.arange(10.0, 95.0, 7.0)))
+    assert ground.heights(x, y) == pytest.approx(whole.heights(x, y), abs=1e-9)
+    assert_sound(surface, ground)
+    assert (ground.unknown, ground.interpolated) == (0.0, 25.0 * 11 * 11)
+    assert (whole.unknown, whole.interpolated) == (0.0, 0.0)
+
+
 def test_without_heights_there_is_no_ground_but_beside_roads() -> None:
     def half(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.where(x < 150.0, 18.0, np.nan)
@@ -258,7 +300,7 @@ def test_without_an_elevation_model_there_are_level_strips() -> None:
     surface = strips(straight([(x, 20.0 + 0.05 * x) for x, _ in LONG]))
     ground = made(surface, None)
     corners = triangles(ground).reshape(-1, 3)
-    assert np.abs(corners[:, 1]).max() == 10.0
+    assert np.abs(corners[:, 1]).max() == pytest.approx(14.0)
     middle = corners[np.abs(corners[:, 0] - 100.0) < 90.0]
     assert np.abs(middle[:, 2] - 20.0 - 0.05 * middle[:, 0]).max() < 1e-9
 
@@ -296,7 +338,8 @@ def test_bridges_alone_have_ground_below() -> None:
     ground = made(surface, plane(3.0))
     assert (terrain(ground)[:, :, 2] == 3.0).all()
     area, _ = areas(terrain(ground))
-    assert area.sum() == pytest.approx(25.0 * ground.cells.ground.sum())
+    # All within 100 m of a strip of 280 m by 8 m.
+    assert area.sum() == pytest.approx(280 * 8 + 2 * (280 + 8) * 100 + np.pi * 100**2, rel=2e-3)
     assert [part.name for part in ground.parts] == ["Terrain"] * 3
     assert made(surface, None).parts == ()
 

@@ -297,6 +297,20 @@ def test_grade_does_not_leave_that_of_the_reference_line_by_much() -> None:
     assert grade == pytest.approx([0.1045, 0.0955, 0.2])
 
 
+@pytest.mark.parametrize("t", [0.0, -1.75, 3.5])
+def test_lines_beside_those_of_tilted_arms_begin_on_their_surface(t: float) -> None:
+    """Superelevation raises what lies left of the line by t sin χ."""
+    found = solve(cross(trim=10.0), TILTED, [(0.0, 0.0)])
+    across = np.zeros((4, 2))
+    across[0, 1], across[2, 0] = 0.03, 0.05
+    found = replace(found, solution=replace(found.solution, end_superelevation=across))
+    made = connect(found, [line(found, 1, 4, t, t)])
+    z, length = found.solution.end_z.ravel(), float(lengths(made.connectors.plan_view)[0])
+    begin, end = made.at(0, np.array([0.0, length]))
+    assert begin == pytest.approx(z[1] + t * np.sin(0.03), abs=1e-9)
+    assert end == pytest.approx(z[4] + t * np.sin(0.05), abs=1e-9)
+
+
 def test_superelevation_is_held_between_ramps() -> None:
     roads = cross(trim=10.0)
     found = solve(roads, TILTED, [(0.0, 0.0)])

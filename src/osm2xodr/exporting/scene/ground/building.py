@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from osm2xodr.exporting.scene.ground.defaults import (
 )
 from osm2xodr.exporting.scene.ground.fans import raised_triangles
 from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
+from osm2xodr.exporting.scene.ground.outline import cut_at_outline
 from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
+from osm2xodr.exporting.scene.ground.unknown import continued, interpolated, with_strips
 from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled, split_by_water
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.tiles import has_area
@@ -39,21 +41,17 @@ class Ground:
     parts: tuple[Part, ...]
     cells: Cells
     z: FloatArray  # Heights of the corners of squares, (rows + 1, columns + 1), m; NaN where unknown
-    unknown: float  # Area around roads without ground as no elevation model knows it, m²
+    # Areas around roads that no elevation model knows, m²: without ground, and with heights between those around
+    unknown: float
+    interpolated: float
 
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the height of the ground at x, y (n,), m; NaN beyond it.
 
         It is that between the corners of the smallest squares; on roads that of their edges.
         """
-        rows, columns = self.z.shape
-        column, row = x / GROUND_CELL - self.cells.column, y / GROUND_CELL - self.cells.row
-        inside = (column >= 0) & (column < columns - 1) & (row >= 0) & (row < rows - 1)
-        i, j = (np.where(inside, np.floor(value), 0).astype(np.int64) for value in (row, column))
-        u, v = column - j, row - i
-        south = self.z[i, j] * (1 - u) + self.z[i, j + 1] * u
-        north = self.z[i + 1, j] * (1 - u) + self.z[i + 1, j + 1] * u
-        return np.where(inside & self.cells.ground[i, j], south * (1 - v) + north * v, np.nan)
+        inside = self.cells.between(self.cells.inside, x, y) >= 0.0
+        return np.where(inside, self.cells.between(self.z, x, y), np.nan)
 
 
 def build_ground(
@@ -80,23 +78,37 @@ def build_ground(
     cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH)
     x, y = (axis.ravel() for axis in cells.node_xy())
     limits = _limits(points[edges], beyond, above, below)
-    z = node_heights(cells, known(x, y).reshape(cells.nodes), limits, known(*limits.xyz.T[:2]))
+    there = known(x, y).reshape(cells.nodes)
+    closed = interpolated(there)
+    base, inside = with_strips(cells, closed, limits.xyz[limits.normal.any(1)])
+    z = node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz))
+    lost, guessed = (cells.inside > 0.0) & (inside < 0.0), (inside > 0.0) & np.isnan(there) & ~np.isnan(closed)
+    cells, z = replace(cells, inside=inside), continued(z)
     vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
     places = np.concatenate([place, len(xy) + np.arange(len(x))])
     band, walls = raised_triangles(band_triangles(cells, xy, flat), vertices, places, edges)
     band, walls = (faces[has_area(vertices, faces, LEAST_AREA)] for faces in (band, walls))
     steep = _steep(vertices[band])
     parts = []
+    within = np.concatenate([np.full(len(points), REACH), inside.ravel()])
     for detail in range(DETAILS):
         leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
         faces = np.concatenate([band[~steep], leaves])
-        parts += _land_and_water(vertices, faces, water, detail)
+        parts += _land_and_water(*cut_at_outline(vertices, faces, within), water, detail)
     portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
     lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
-    lost = cells.ground & np.isnan(z[:-1, :-1] + z[1:, :-1] + z[:-1, 1:] + z[1:, 1:])
-    return Ground(tuple(part for part in parts if len(part.faces)), cells, z, GROUND_CELL**2 * int(lost.sum()))
+    kept = tuple(part for part in parts if len(part.faces))
+    return Ground(kept, cells, z, *(GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed)))
+
+
+def _known_or(known: Height, cells: Cells, base: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the heights of the elevation model at points (n, 2 or 3), m, else those between corners of squares."""
+    z = known(points[:, 0], points[:, 1])
+    none = np.isnan(z)
+    z[none] = cells.between(base, points[none, 0], points[none, 1])
+    return z
 
 
 def _land_and_water(vertices: FloatArray, faces: IntArray, water: WaterShapes | None, detail: int) -> list[Part]:

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from osm2xodr.curves import ranks
 from osm2xodr.errors import InputError
@@ -15,6 +16,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Squares per side of the blocks of which the extent of the ground consists: the largest squares.
 GROUND_BLOCK: Final = 4
+# Corners closer to the outline of the ground than this lie on it, m, so that no triangle there is a sliver. A choice.
+_ON_OUTLINE: Final = 0.1
 # Points and edges that are compared at once: some 8 MB a table.
 _PAIRS: Final = 1 << 20
 
@@ -31,6 +34,8 @@ class Cells:
     row: int
     ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `GROUND_BLOCK` x `GROUND_BLOCK`
     near: BoolArray  # (rows, columns) Squares with a road on them or too close to one: they are not whole
+    # (rows + 1, columns + 1) How far corners lie within the outline of the ground, m; negative beyond it
+    inside: FloatArray
 
     @property
     def nodes(self) -> tuple[int, int]:
@@ -43,6 +48,26 @@ class Cells:
         rows, columns = self.nodes
         x, y = GROUND_CELL * (self.column + np.arange(columns)), GROUND_CELL * (self.row + np.arange(rows))
         return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
+
+    def between(self, values: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return values of corners, (rows + 1, columns + 1), interpolated at x, y (n,), m; NaN off all squares."""
+        rows, columns = self.ground.shape
+        column, row = x / GROUND_CELL - self.column, y / GROUND_CELL - self.row
+        on = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        i, j = (np.where(on, np.floor(value), 0).astype(np.int64) for value in (row, column))
+        u, v = column - j, row - i
+        south = values[i, j] * (1 - u) + values[i, j + 1] * u
+        north = values[i + 1, j] * (1 - u) + values[i + 1, j + 1] * u
+        return np.where(on, south * (1 - v) + north * v, np.nan)
+
+
+def corners_of(squares: BoolArray) -> BoolArray:
+    """Return which corners belong to any of some squares, (rows + 1, columns + 1)."""
+    out = np.zeros((squares.shape[0] + 1, squares.shape[1] + 1), np.bool_)
+    for rows in (slice(None, -1), slice(1, None)):
+        for columns in (slice(None, -1), slice(1, None)):
+            out[rows, columns] |= squares
+    return out
 
 
 def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> tuple[FloatArray, IntArray]:
@@ -90,7 +115,7 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
     size = GROUND_CELL * GROUND_BLOCK
-    margin = int(np.ceil(reach / size)) + 2
+    margin = int(np.ceil(reach / size)) + 3
     low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
     low, high = low - margin, high + margin + 1
     columns, rows = (high - low).tolist()
@@ -100,23 +125,45 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     occupied = np.zeros((rows, columns), np.bool_)
     column, row = (np.floor(points / size).astype(np.int64) - low).T
     occupied[row, column] = True
-    # From block to block: the distance between their middles less one diagonal or side is that between them.
     away = ndimage.distance_transform_edt(~occupied, sampling=size)
-    blocks = _closed(away - size <= reach, int(LARGEST_GAP / size**2))
-    ground = blocks.repeat(GROUND_BLOCK, 0).repeat(GROUND_BLOCK, 1)
     column, row = (GROUND_BLOCK * low).tolist()
-    return Cells(column, row, ground, _near(rim, start, end, column, row, ground))
+    inside = _closed(_inside(points, away, column, row, reach), reach)
+    within = np.zeros((rows, columns), np.bool_)
+    for i in range(GROUND_BLOCK + 1):
+        for j in range(GROUND_BLOCK + 1):
+            within |= (
+                inside[i : i + GROUND_BLOCK * rows : GROUND_BLOCK, j : j + GROUND_BLOCK * columns : GROUND_BLOCK] > 0
+            )
+    ground = _squares(within)
+    return Cells(column, row, ground, _near(rim, start, end, column, row, ground), inside)
 
 
-def _closed(blocks: BoolArray, largest: int) -> BoolArray:
-    """Return blocks with those gaps filled that consist of at most so many blocks."""
-    gaps, count = ndimage.label(~blocks)
-    size = np.bincount(gaps.ravel(), minlength=count + 1)
-    fill = (size <= largest) & (np.arange(count + 1) > 0)
-    # The first corner lies beyond the ground.
-    fill[gaps[0, 0]] = False
-    out: BoolArray = blocks | fill[gaps]
+def _squares(blocks: BoolArray) -> BoolArray:
+    """Return the squares of blocks."""
+    return blocks.repeat(GROUND_BLOCK, 0).repeat(GROUND_BLOCK, 1)
+
+
+def _inside(points: FloatArray, away: FloatArray, column: int, row: int, reach: float) -> FloatArray:
+    """Return how much nearer than `reach` to points corners of squares are, m, exact about the outline.
+
+    `away` are the distances of the middles of blocks to those of blocks with points, m.
+    """
+    out = np.where(corners_of(_squares(away < reach)), reach, -GROUND_CELL)
+    # Points of blocks lie closer together or farther apart than their middles by a diagonal at most.
+    rows, columns = np.nonzero(corners_of(_squares(np.abs(away - reach) <= np.sqrt(2) * GROUND_CELL * GROUND_BLOCK)))
+    at = GROUND_CELL * (np.column_stack([columns + column, rows + row]))
+    found = reach - cKDTree(np.unique(points, axis=0)).query(at)[0]
+    out[rows, columns] = np.where(np.abs(found) < _ON_OUTLINE, 0.0, found)
     return out
+
+
+def _closed(inside: FloatArray, reach: float) -> FloatArray:
+    """Return the same with gaps of up to `LARGEST_GAP` closed."""
+    gaps, count = ndimage.label(inside <= 0.0)
+    fill = np.bincount(gaps.ravel(), minlength=count + 1) * GROUND_CELL**2 <= LARGEST_GAP
+    # The first corner lies beyond the ground.
+    fill[[0, gaps[0, 0]]] = False
+    return np.where(fill[gaps], reach, inside)
 
 
 def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row: int, ground: BoolArray) -> BoolArray:

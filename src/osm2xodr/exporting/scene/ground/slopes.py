@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.exporting.scene.ground.cells import Cells
-from osm2xodr.exporting.scene.ground.defaults import APRON, CLASH_REACH, GROUND_CELL, SLOPE
+from osm2xodr.exporting.scene.ground.cells import Cells, corners_of
+from osm2xodr.exporting.scene.ground.defaults import CLASH_REACH, GROUND_CELL, SLOPE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Corrections spread by one corner a round: by 300 m at most.
@@ -39,16 +39,7 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
     """Return the heights of all corners of squares, (rows, columns), m.
 
     `base` are those of the elevation model there, and `base_at`, (n,), at the points of `limits`; NaN where unknown.
-    Unknown ones close to roads are taken for level, others stay NaN.
     """
-    x, y = cells.node_xy()
-    rim = limits.xyz[limits.normal.any(1)]
-    unknown = np.isnan(base)
-    out = base.copy()
-    if unknown.any() and len(rim):
-        at = np.column_stack([x[unknown], y[unknown]])
-        away, nearest = cKDTree(rim[:, :2]).query(at, distance_upper_bound=APRON)
-        out[unknown] = np.append(rim[:, 2], np.nan)[np.where(np.isfinite(away), nearest, -1)]
     wanted = limits.xyz[:, 2] - np.where(np.isnan(base_at), limits.xyz[:, 2], base_at)
     low, low_away = _bound(cells, limits, np.where(limits.lower, wanted, np.nan))
     high, high_away = _bound(cells, limits, np.where(limits.upper, -wanted, np.nan))
@@ -60,7 +51,7 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
     share = low_away / np.maximum(low_away + high_away, 1e-9)
     low, high = low + SLOPE * low_away, high - SLOPE * high_away
     correction[clash] = low + share * (high - low)
-    out += correction
+    out: FloatArray = base + correction
     _on_roads(cells, limits, out)
     return out
 
@@ -68,7 +59,7 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
 def _on_roads(cells: Cells, limits: Limits, z: FloatArray) -> None:
     """Give corners on roads the height of the nearest edge."""
     x, y = cells.node_xy()
-    row, column = np.nonzero(_nodes_of(cells.near))
+    row, column = np.nonzero(corners_of(cells.near))
     rim = np.flatnonzero(limits.normal.any(1))
     if not len(rim):
         return
@@ -88,7 +79,7 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
     (px, py), values, (nx, ny) = limits.xyz[known, :2].T, value[known], limits.normal[known].T
     best, reached = np.full(len(x), _NONE), np.full(len(x), -np.inf)
     away = np.full(len(x), np.inf)
-    wanted = _nodes_of(cells.ground).ravel()
+    wanted = corners_of(cells.ground).ravel()
 
     def offer(node: IntArray, point: IntArray) -> IntArray:
         """Give corners (n,), each once, a point if it is better than what they have; return those that took it."""
@@ -122,12 +113,3 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
         changed = [offer(fresh + dy * stride + dx, offered) for dy, dx in _NEIGHBOURS]
         fresh = np.unique(np.concatenate(changed))
     return reached.reshape(cells.nodes), away.reshape(cells.nodes)
-
-
-def _nodes_of(squares: BoolArray) -> BoolArray:
-    """Return which corners belong to any of some squares, (rows + 1, columns + 1)."""
-    out = np.zeros((squares.shape[0] + 1, squares.shape[1] + 1), np.bool_)
-    for rows in (slice(None, -1), slice(1, None)):
-        for columns in (slice(None, -1), slice(1, None)):
-            out[rows, columns] |= squares
-    return out

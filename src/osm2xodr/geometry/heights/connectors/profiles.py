@@ -73,8 +73,8 @@ def connector_profiles(
 ) -> tuple[CubicProfile, CubicProfile]:
     """Return elevation and superelevation of connecting roads.
 
-    Height, grade and superelevation at both ends are those of the roads that are touched. The superelevation has
-    slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
+    Height, grade and superelevation at both ends are those of the roads where these are touched. The superelevation
+    has slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
     level across have none. `solution` has the heights of the roads of `problem`.
     """
     uneven = solution.junction_plane[:, 1:].any(axis=1)[connectors.junction]
@@ -149,6 +149,8 @@ def _fit_elevation(
     z1, g1 = end_state(solution, connectors.end_end, leaving=False)
     g0 = _grade_along_lane(problem, connectors.start_end, connectors.start_t, g0)
     g1 = _grade_along_lane(problem, connectors.end_end, connectors.end_t, g1)
+    z0 = z0 + _rise_aside(solution, connectors.start_end, connectors.start_t)
+    z1 = z1 + _rise_aside(solution, connectors.end_end, connectors.end_t)
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
     dz, dg = along.blend(reach, (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last]))
     z, grade = z + dz, grade + dg
@@ -198,6 +200,13 @@ def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, gra
     along = grade / np.maximum(1.0 - curvature * t, _LEAST_LENGTH_SHARE)
     step = defaults.LANE_GRADE_STEP_MAX
     return np.asarray(np.clip(along, grade - step, grade + step))
+
+
+def _rise_aside(solution: ProfileSolution, end: IntArray, t: FloatArray) -> FloatArray:
+    """Return how much higher road ends are at t, m, than their reference lines, m, all (C,)."""
+    if solution.end_superelevation is None:
+        return np.zeros(len(end))
+    return np.asarray(t * np.sin(solution.end_superelevation.ravel()[end]))
 
 
 def _fit_superelevation(
