@@ -45,7 +45,7 @@ _KIBIBYTE: Final = 1 if sys.platform == "darwin" else 1024
 _ANSWER: Final = ("status", "memory", "said", "laid_out")
 
 _PRELOADED: Final = (
-    "osm2xodr.cli",
+    "osm2xodr.cli.convert",
     "osm2xodr.pipeline",
     "osm2xodr.batch.shared_frame",
     "osm2xodr.osmParsing.parsing",

@@ -1,6 +1,7 @@
 """The command line: its commands, and what becomes of errors.
 
-Modules of commands import at their top only what reading options needs; the stages are loaded when there is work.
+Modules of commands are loaded for the command that is given, and import at their top only what reading options needs;
+the stages are loaded when there is work.
 """
 
 from __future__ import annotations
@@ -9,30 +10,20 @@ import atexit
 import contextlib
 import errno
 import gc
+import importlib
 import os
 import signal
 import sys
 import traceback
+from collections import UserDict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import click
 
 from osm2xodr import __version__
-from osm2xodr.cli.batch import batch
-from osm2xodr.cli.check import check
-from osm2xodr.cli.completion import completion
-from osm2xodr.cli.convert import convert
-from osm2xodr.cli.explain import explain
-from osm2xodr.cli.export import export
-from osm2xodr.cli.fetch import fetch
-from osm2xodr.cli.locate import locate
 from osm2xodr.cli.options import Session
-from osm2xodr.cli.parts import crop, merge
-from osm2xodr.cli.render import render
-from osm2xodr.cli.report import report
-from osm2xodr.cli.surface import surface
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import (
     ONE_THREAD_ENVIRONMENT,
@@ -108,6 +99,14 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
     return status if isinstance(status, int) else OK
 
 
+class _Commands(UserDict[str, Any]):
+    """The commands by name, in the order of the manual, with the modules that they are in; loaded when asked for."""
+
+    def __getitem__(self, name: str) -> click.Command:
+        command: click.Command = getattr(importlib.import_module(f"osm2xodr.cli.{self.data[name]}"), name)
+        return command
+
+
 class _Program(click.Group):
     """The program, which says what to do with a file in place of a command."""
 
@@ -131,28 +130,31 @@ class _Program(click.Group):
         return super().resolve_command(ctx, args)
 
 
-@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+_COMMANDS: Final = _Commands(
+    fetch="fetch",
+    convert="convert",
+    batch="batch",
+    check="check",
+    report="report",
+    render="render",
+    surface="surface",
+    locate="locate",
+    export="export",
+    crop="parts",
+    merge="parts",
+    explain="explain",
+    completion="completion",
+)
+
+
+@click.group(
+    cls=_Program,
+    commands=_COMMANDS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
-
-
-for _command in (
-    fetch,
-    convert,
-    batch,
-    check,
-    report,
-    render,
-    surface,
-    locate,
-    export,
-    crop,
-    merge,
-    explain,
-    completion,
-):
-    cli.add_command(_command)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:
