@@ -172,13 +172,14 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     )
     off = streets.beyond(plan, rows, rows)
     there, arms = streets.there[rows], streets.arms[rows]
-    for which, alone in ((np.ones(len(rows), bool), False), (there, True), (~there, True)):
-        last = np.inf
-        for least in _LEAST_RADII:
-            # A lower limit allows more only where a direct curve is sharper than the last one.
-            place = np.flatnonzero(which & _of_same(turns.radius < last, arms))
-            plan, off = _redrawn(plan, off, turns, place, streets, least, alone)
-            last = least
+    last = np.inf
+    for least in _LEAST_RADII:
+        # A lower limit allows more only where a direct curve is sharper than the last one.
+        place = np.flatnonzero(_of_same(turns.radius < last, arms))
+        plan, off = _redrawn(plan, off, turns, place, streets, least, alone=False)
+        last = least
+    for which in (there, ~there):
+        plan, off = _redrawn(plan, off, turns, np.flatnonzero(which), streets, _LEAST_RADII[-1], alone=True)
     return plan
 
 
@@ -222,7 +223,7 @@ def _redrawn(
         beyond = streets.beyond(drawn, good, rows[good], most)
         bad = beyond > most
         if alone:
-            bad |= streets.meet(drawn, good, plan, rows[good])
+            bad[~bad] = streets.meet(drawn, good[~bad], plan, rows[good[~bad]])
         kept = ~_of_same(bad, number[place[good]])
         good = good[kept]
         if len(good):
