@@ -13,6 +13,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
+    beyond_streets,
     build_connecting_roads,
     clear_arms_at_last,
     clear_overrun_arms,
@@ -120,7 +121,8 @@ def plan_roads(
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
     cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
-    connecting = draw_tighter(cut.ends, cut.layout, cut.parts, swing_out(connecting, cut.parts))
+    connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
+    connecting = draw_tighter(cut.ends, cut.layout, cut.parts, connecting)
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)

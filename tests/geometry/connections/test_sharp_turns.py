@@ -15,6 +15,7 @@ from street_cases import Case
 from osm2xodr.curves import lengths, smallest_radius
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, connect, curves_apart, runs_backwards, swing_out
+from osm2xodr.geometry.connections.defaults import OFF_CARRIAGEWAY
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.model import Access, FloatArray, LaneType, Rule
 
@@ -61,10 +62,10 @@ def test_roads_whose_exit_lies_straight_behind_run_backwards(end: int, ahead: fl
     assert runs_backwards(cast("ConnectingRoads", connecting), cast("RoadParts", parts)).tolist() == [backwards]
 
 
-def turned_right(before: float, after: float, beside: float) -> tuple[ConnectingRoads, FloatArray]:
+def turned_right(before: float, after: float, beside: float, off: float = 0.0) -> tuple[ConnectingRoads, FloatArray]:
     """Draw a right turn between tangents of these lengths and the way back beside it, swing out; all m.
 
-    The second item are the lengths before.
+    What swings out leaves the carriageways by `off`, m. The second item are the lengths before.
     """
     x0, y0, hdg0 = np.array([[0.0, 0.0, 0.0], [before + beside, -after, math.pi / 2]]).T
     x1, y1, hdg1 = np.array([[before, -after, -math.pi / 2], [0.0, beside, math.pi]]).T
@@ -93,7 +94,11 @@ def turned_right(before: float, after: float, beside: float) -> tuple[Connecting
         length=np.array([50.0]),
         at_end=lambda _: SimpleNamespace(section=SimpleNamespace(left_edge=3.0, right_edge=-3.0)),
     )
-    return swing_out(ways, cast("RoadParts", parts)), ways.length
+
+    def beyond(some: ConnectingRoads) -> FloatArray:
+        return np.where(np.isin(some.length, ways.length), 0.0, off)
+
+    return swing_out(ways, cast("RoadParts", parts), beyond), ways.length
 
 
 @pytest.mark.parametrize(
@@ -113,6 +118,15 @@ def test_a_turn_swings_out_less_where_it_would_meet_cars_that_come_back() -> Non
     assert smallest_radius(ways.plan_view)[0] == pytest.approx(3.3, rel=1e-6)
     there, back = ways.there_and_back()
     assert curves_apart(ways.plan_view, there, ways.plan_view, back, 32)[0] >= defaults.CAR_WIDTH
+
+
+@pytest.mark.parametrize(
+    ("off", "radius"), [(OFF_CARRIAGEWAY - 0.01, 3.95), (OFF_CARRIAGEWAY + 0.01, 3.2)], ids=["on them", "off them"]
+)
+def test_turns_do_not_swing_out_of_the_carriageways(off: float, radius: float) -> None:
+    """Its arc of 3.2 m stays where nothing larger keeps to them."""
+    ways, _ = turned_right(3.2, 8.0, 20.0, off)
+    assert smallest_radius(ways.plan_view)[0] == pytest.approx(radius, rel=1e-6)
 
 
 def test_ways_there_and_back_join_the_same_arms() -> None:

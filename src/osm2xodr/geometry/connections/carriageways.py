@@ -22,6 +22,7 @@ from osm2xodr.curves import (
     pose,
     ranks,
     replace_curves,
+    runs,
     smallest_radius,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -33,9 +34,10 @@ from osm2xodr.geometry.connections.defaults import (
     TURNING_RADIUS,
     TURNING_RADIUS_ACUTE,
 )
-from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
+from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, detours, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
+from osm2xodr.geometry.defaults import CAR_WIDTH
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -64,6 +66,10 @@ _LESS: Final = 0.5
 # does, with the first of the smaller ones. Choices.
 _RADII: Final = (20.0, 15.0, 12.0, 9.0, 7.5, TURNING_RADIUS, LEAST_REDRAWN_RADIUS)
 _SHARPEST: Final = (4.8, 4.5, TURNING_RADIUS_ACUTE)
+# Curves have the first of these radii with which something helps, m, or that of the direct curve.
+_LEAST_RADII: Final = (LEAST_REDRAWN_RADIUS, TURNING_RADIUS_ACUTE, 0.0)
+# Ways there and back are compared at this many places each.
+_PLACES: Final = 32
 # How much less than this a curve leaves the carriageways decides nothing, m.
 _NO_MATTER: Final = OFF_CARRIAGEWAY - _LESS
 
@@ -76,6 +82,7 @@ class Carriageways:
     lines: PlanView  # OSM's lines of the streets
     half: FloatArray  # (n,) Half of the wider carriageway of the two arms of each connecting road, m
     arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
+    there: BoolArray  # (n,) Which of these lead there
 
     def beyond(self, plan: PlanView, curve: IntArray, row: IntArray, most: float | FloatArray = np.inf) -> FloatArray:
         """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
@@ -104,6 +111,19 @@ class Carriageways:
             todo = todo[(out[todo] > _NO_MATTER) & (found.max(axis=1) - half[todo] <= most[todo])]
         return np.maximum(out, longer)
 
+    def meet(self, drawn: PlanView, curve: IntArray, plan: PlanView, row: IntArray) -> BoolArray:
+        """Say which curves, drawn for some rows of a plan, meet a way back, and are nearer to it than before."""
+        order = np.argsort(self.arms, kind="stable")
+        first, last = (np.searchsorted(self.arms[order], self.arms[row], side) for side in ("left", "right"))
+        of, other = np.repeat(np.arange(len(row)), last - first), order[runs(first, last - first)]
+        back = self.there[other] != self.there[row[of]]
+        of, other = of[back], other[back]
+        before = curves_apart(plan, row[of], plan, other, _PLACES)
+        after = curves_apart(drawn, curve[of], plan, other, _PLACES)
+        out = np.zeros(len(row), bool)
+        out[of[after < np.minimum(before, CAR_WIDTH)]] = True
+        return out
+
     def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
         """Return the distances from the streets at shares of curves, (curves, shares), m."""
         each = np.repeat(curve, len(shares))
@@ -128,47 +148,104 @@ def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: Int
     """Return the carriageways of connecting roads from street ends to street ends, (n,)."""
     arms = np.minimum(entry, exit_) * len(ends.left) + np.maximum(entry, exit_)
     half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
-    return Carriageways(lanes, ends.lines, half, arms)
+    return Carriageways(lanes, ends.lines, half, arms, entry < exit_)
 
 
 def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     """Replace those of the direct curves, (n,), that leave the carriageways by such as leave them less.
 
     Curves follow smooth streets. Others turn less widely, turn at the corners of their way, or run along it with its
-    corners rounded: the first of these that keeps to the carriageways, else what leaves them least. All lanes between
-    two arms change together.
+    corners rounded: the first of these that keeps to the carriageways, else what leaves them least. What cars hardly
+    drive is tried last. All lanes between two arms, there and back, change together; at last those of one direction
+    alone, where they do not meet those of the other.
     """
-    lanes = streets.lanes
-    plan = follow_streets(direct, lanes)
+    plan = follow_streets(direct, streets.lanes)
     rows = _far_from_their_way(plan, streets)
     if not len(rows):
         return plan
-    off = streets.beyond(plan, rows, rows)
-    least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
-    longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))
-    for redraw, limit, radius in _REDRAWINGS:
-        far = _of_same_arms(off > limit, streets.arms[rows])
-        rows, off, least, longest = rows[far], off[far], least[far], longest[far]
-        if not len(rows):
-            break
-        drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
-        bad = smallest_radius(drawn) < np.minimum(least, radius)
-        bad |= (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
-        good = np.flatnonzero(~_of_same_arms(bad, streets.arms[rows]))
-        most = np.maximum(off[good] - _LESS, OFF_CARRIAGEWAY)
-        beyond = streets.beyond(drawn, good, rows[good], most)
-        kept = ~_of_same_arms(beyond > most, streets.arms[rows[good]])
-        good = good[kept]
-        if len(good):
-            plan = replace_curves(plan, rows[good], drawn, good)
-            off[good] = beyond[kept]
+    turns = _Turns(
+        rows=rows,
+        radius=smallest_radius(plan)[rows],
+        longest=np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows)),
+        outside=_outside(plan, rows, streets),
+    )
+    off = streets.beyond(plan, rows, rows)
+    there, arms = streets.there[rows], streets.arms[rows]
+    last = np.inf
+    for least in _LEAST_RADII:
+        # A lower limit allows more only where a direct curve is sharper than the last one.
+        place = np.flatnonzero(_of_same(turns.radius < last, arms))
+        plan, off = _redrawn(plan, off, turns, place, streets, least, alone=False)
+        last = least
+    for which in (there, ~there):
+        plan, off = _redrawn(plan, off, turns, np.flatnonzero(which), streets, _LEAST_RADII[-1], alone=True)
     return plan
 
 
-def _of_same_arms(which: BoolArray, arms: IntArray) -> BoolArray:
-    """Say which rows join the same two arms as one of the marked rows, (n,)."""
-    return np.isin(arms, arms[which])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turns:
+    """Curves that may leave the carriageways, all (n,)."""
+
+    rows: IntArray  # Their connecting roads
+    radius: FloatArray  # Of the direct curve, m
+    longest: FloatArray  # How long what replaces it may be, m
+    outside: FloatArray  # How far outside the innermost way between the same arms they lie, m
+
+
+def _redrawn(
+    plan: PlanView,
+    off: FloatArray,
+    turns: _Turns,
+    place: IntArray,
+    streets: Carriageways,
+    least: float,
+    alone: bool,
+) -> tuple[PlanView, FloatArray]:
+    """Replace some of the turns that leave the carriageways, by so much, `off` (n,), m; return how far they do then.
+
+    Their radius is `least` at least, m, or that of the direct curve. Those between the same arms change together, or,
+    `alone`, those from one to the other that do not meet those that come back.
+    """
+    off = off.copy()
+    number = (streets.lanes.path if alone else streets.arms)[turns.rows]
+    smallest = np.maximum(least, np.minimum(turns.radius, LEAST_REDRAWN_RADIUS)) - 1e-9
+    for redraw, limit, enough in _REDRAWINGS:
+        place = place[_of_same(off[place] > limit, number[place])]
+        if not len(place):
+            break
+        rows = turns.rows[place]
+        drawn = redraw(chosen_curves(plan, rows), streets.lanes.chosen(rows), turns.outside[place])
+        bad = smallest_radius(drawn) < np.minimum(smallest[place], enough)
+        bad |= (lengths(drawn) > turns.longest[place]) | has_kinks(drawn) | detours(drawn)
+        good = np.flatnonzero(~_of_same(bad, number[place]))
+        most = np.maximum(off[place[good]] - _LESS, OFF_CARRIAGEWAY)
+        beyond = streets.beyond(drawn, good, rows[good], most)
+        bad = beyond > most
+        if alone:
+            bad[~bad] = streets.meet(drawn, good[~bad], plan, rows[good[~bad]])
+        kept = ~_of_same(bad, number[place[good]])
+        good = good[kept]
+        if len(good):
+            plan = replace_curves(plan, rows[good], drawn, good)
+            off[place[good]] = beyond[kept]
+    return plan, off
+
+
+def _outside(plan: PlanView, rows: IntArray, streets: Carriageways) -> FloatArray:
+    """Return how far outside the innermost way between the same two arms, there and back, curves lie, (rows,), m."""
+    lanes = streets.lanes
+    inwards = np.sign(heading_change(plan, rows)) * (lanes.t_in[rows] + lanes.t_out[rows]) / 2
+    _, group = np.unique(streets.arms[rows], return_inverse=True)
+    innermost = np.full(len(rows), -np.inf)
+    np.maximum.at(innermost, group.ravel(), inwards)
+    out: FloatArray = innermost[group.ravel()] - inwards
+    return out
+
+
+def _of_same(which: BoolArray, number: IntArray) -> BoolArray:
+    """Say which rows have the same number as one of the marked rows, (n,)."""
+    return np.isin(number, number[which])
 
 
 def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
@@ -180,13 +257,16 @@ def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
         x, y, _ = pose(plan, rows, share * total[rows])
         px, py, _ = lanes.at_share(rows, np.full(len(rows), share))
         far |= np.hypot(x - px, y - py) > _NEAR
-    return rows[_of_same_arms(far, streets.arms[rows])]
+    return rows[_of_same(far, streets.arms[rows])]
 
 
-def _turned_tighter(plan: PlanView, lanes: LanePaths, radius: float) -> PlanView:
-    """Return curves with the same ends that turn with an arc of a radius, m, between longer lines."""
+def _turned_tighter(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: float) -> PlanView:
+    """Return curves with the same ends that turn with an arc between longer lines.
+
+    The innermost one has a radius, m, and the others turn about its centre.
+    """
     begin, end = _ends(plan)
-    return connect(*begin, *end, radius=radius, longest=LONGEST_REDRAWN)
+    return connect(*begin, *end, radius=radius + outside, longest=LONGEST_REDRAWN)
 
 
 def _ends(plan: PlanView) -> tuple[Poses, Poses]:
@@ -223,13 +303,23 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
     return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
 
 
-_Redraw = Callable[[PlanView, LanePaths], PlanView]
+def _along_the_way(
+    plan: PlanView, lanes: LanePaths, outside: FloatArray, rounding: tuple[float, float, float]
+) -> PlanView:
+    return along_the_way(plan, lanes, rounding)
+
+
+def _at_corners(plan: PlanView, lanes: LanePaths, outside: FloatArray) -> PlanView:
+    return follow_corners(plan, lanes)
+
+
+_Redraw = Callable[[PlanView, LanePaths, FloatArray], PlanView]
 # In the order in which they are tried, for what leaves the carriageways by more than what, and the radius that is
 # enough though the direct curve has more, m.
 _REDRAWINGS: Final[tuple[tuple[_Redraw, float, float], ...]] = (
     *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, np.inf) for item in _RADII),
-    (follow_corners, OFF_CARRIAGEWAY, np.inf),
-    *((partial(along_the_way, rounding=item), OFF_CARRIAGEWAY, np.inf) for item in ROUNDINGS),
-    *((partial(along_the_way, rounding=item), _FAR_OFF, np.inf) for item in _BETWEEN),
+    (_at_corners, OFF_CARRIAGEWAY, np.inf),
+    *((partial(_along_the_way, rounding=item), OFF_CARRIAGEWAY, np.inf) for item in ROUNDINGS),
+    *((partial(_along_the_way, rounding=item), _FAR_OFF, np.inf) for item in _BETWEEN),
     *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, _SHARPEST[-1] - 1e-9) for item in _SHARPEST),
 )

@@ -27,15 +27,14 @@ from osm2xodr.curves import (
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.carriageways import ROUNDINGS, Carriageways, along_the_way
-from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks, legs_through
+from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back
 from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Curves are compared at this many places, from this far behind their start to this far before their end, m.
+# Curves are compared at this many places.
 _PLACES: Final = 32
-_LEAD: Final = 2.0
 # The last axis that is tried runs between the middle of their way over the streets and the direct curve: as in
 # `ROUNDINGS`. A choice.
 _BETWEEN: Final = (12.0, 16.0, 0.6)
@@ -245,29 +244,6 @@ def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
 def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
     """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
     return curves_apart(one, rows.there, other, other_rows.back, _PLACES)
-
-
-def curves_apart(one: PlanView, there: IntArray, other: PlanView, back: IntArray, places: int) -> FloatArray:
-    """Return how near curves of one table come to those of another one, (pairs,), m, but at their ends.
-
-    They are compared at so many places each.
-    """
-    (ax, ay), (bx, by) = _places(one, there, places), _places(other, back, places)
-    least = np.full(len(ax), np.inf)
-    # One place of the ways there after the other, so that no large table of all places arises.
-    for k in range(places):
-        square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
-        np.minimum(least, square.min(axis=1), out=least)
-    return np.asarray(np.sqrt(least))
-
-
-def _places(plan: PlanView, curve: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return so many places along curves, all but their ends, (n, count)."""
-    length = lengths(plan, curve)
-    lead = np.minimum(_LEAD, length / 2)
-    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, count)
-    x, y, _ = pose(plan, np.repeat(curve, count), s.ravel())
-    return x.reshape(s.shape), y.reshape(s.shape)
 
 
 def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:

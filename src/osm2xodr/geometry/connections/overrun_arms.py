@@ -13,6 +13,7 @@ import numpy as np
 from osm2xodr.curves import pose, project, ranks
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
+from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -29,6 +30,8 @@ _FARTHEST: Final = 40.0
 _AT_JUNCTION: Final = 5.0
 # Arms may bend aside by this much up to there, m.
 _BEND: Final = 10.0
+# Ways and streets are compared at these shares of the ways.
+_SHARES: Final = np.linspace(0.02, 0.98, 25)
 # What is left between an arm and the ways that ran over it, m. A choice.
 _CLEARANCE: Final = 0.5
 # Cuts of a short street below this, m, are not worth it.
@@ -80,6 +83,21 @@ def ways_over_arms(
     pair, out = _overrun(parts, connecting, row, arm)
     near = out < farthest[pair]
     return driven[row[pair[near]]], arm[pair[near]], out[near]
+
+
+def beyond_streets(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> FloatArray:
+    """Return how far ways leave the carriageways of all streets at the nodes of their junction, (n,), m."""
+    out = np.zeros(len(connecting.junction))
+    for row, junction in enumerate(connecting.junction.tolist()):
+        streets = np.unique(np.flatnonzero(np.isin(ends.node, layout.nodes[junction])) // 2)
+        x, y, _ = pose(connecting.plan_view, np.full(len(_SHARES), row), _SHARES * connecting.length[row])
+        of, place = np.repeat(streets, len(_SHARES)), np.tile(np.arange(len(_SHARES)), len(streets))
+        distance = project(ends.lines, of, x[place], y[place])[2].reshape(len(streets), len(_SHARES))
+        arms = parts.street_end()[[connecting.entry[row], connecting.exit[row]]]
+        out[row] = distance.min(axis=0).max() - half_carriageways(ends, arms).max()
+    return out
 
 
 def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:

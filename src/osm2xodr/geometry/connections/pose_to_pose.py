@@ -52,6 +52,8 @@ _DETOUR_MORE: Final = 60.0
 _TURN_THAT_MAY_SWING: Final = 0.7
 _SWING_BACK_AND_FORTH: Final = 0.35
 
+# Curves are compared from this far behind their start to this far before their end, m.
+_LEAD: Final = 2.0
 # Turns below this, rad, count as straight.
 _NO_ANGLE: Final = 1e-9
 
@@ -152,6 +154,29 @@ def has_kinks(plan: PlanView) -> BoolArray:
     out = np.zeros(len(plan.start) - 1, bool)
     out[owner[1:][(owner[1:] == owner[:-1]) & (jump > _MISSED)]] = True
     return out
+
+
+def curves_apart(one: PlanView, there: IntArray, other: PlanView, back: IntArray, places: int) -> FloatArray:
+    """Return how near curves of one table come to those of another one, (pairs,), m, but at their ends.
+
+    They are compared at so many places each.
+    """
+    (ax, ay), (bx, by) = _places(one, there, places), _places(other, back, places)
+    least = np.full(len(ax), np.inf)
+    # One place of the ways there after the other, so that no large table of all places arises.
+    for k in range(places):
+        square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
+        np.minimum(least, square.min(axis=1), out=least)
+    return np.asarray(np.sqrt(least))
+
+
+def _places(plan: PlanView, curve: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return so many places along curves, all but their ends, (n, count)."""
+    length = lengths(plan, curve)
+    lead = np.minimum(_LEAD, length / 2)
+    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, count)
+    x, y, _ = pose(plan, np.repeat(curve, count), s.ravel())
+    return x.reshape(s.shape), y.reshape(s.shape)
 
 
 def turns_on_the_spot(plan: PlanView) -> BoolArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -10,8 +11,8 @@ import numpy as np
 from osm2xodr.curves import dubins_without_slivers, heading_change, lengths, pose, replace_curves, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, TURNING_RADIUS_ACUTE
-from osm2xodr.geometry.connections.opposing_paths import curves_apart
+from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, OFF_CARRIAGEWAY, TURNING_RADIUS_ACUTE
+from osm2xodr.geometry.connections.pose_to_pose import curves_apart
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import RoadParts
@@ -34,8 +35,13 @@ _RADII: Final = (TURNING_RADIUS_ACUTE, 3.95, 3.6, 3.3, CONNECTING_RADIUS)
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
 
-def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
+def swing_out(
+    connecting: ConnectingRoads, parts: RoadParts, beyond: Callable[[ConnectingRoads], FloatArray]
+) -> ConnectingRoads:
     """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
+
+    `beyond` returns how far roads leave the carriageways, (n,), m: they do so no more than before, or than they may,
+    unless no car drives the sharper turn.
 
     Those that would swing far for the radius that most cars need get the largest one with which they do not.
     """
@@ -55,6 +61,7 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
         if radius > CONNECTING_RADIUS:
             free &= ~_meet(wide, found, plan, row[found], pairs)
+            free[free] = _keeps_to_streets(wide, found[free], plan, row[found[free]], connecting, beyond)
         plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
@@ -97,6 +104,25 @@ def _meet(
     meets = curves_apart(wide, curve[place[way]], plan, other, _PLACES) < np.minimum(before, CAR_WIDTH)
     out[place[way[meets]]] = True
     return out
+
+
+def _keeps_to_streets(
+    drawn: PlanView,
+    curve: IntArray,
+    plan: PlanView,
+    row: IntArray,
+    connecting: ConnectingRoads,
+    beyond: Callable[[ConnectingRoads], FloatArray],
+) -> BoolArray:
+    """Say which curves, drawn for some rows of a plan, leave the carriageways no more than before, or than they may.
+
+    Turns back lead over what lies between carriageways.
+    """
+    off = []
+    for tried in (plan, replace_curves(plan, row, drawn, curve)):
+        off.append(beyond(replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row)))
+    kept = off[1] <= np.maximum(off[0], OFF_CARRIAGEWAY)
+    return kept | (np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK)
 
 
 def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:

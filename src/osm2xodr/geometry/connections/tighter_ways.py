@@ -14,7 +14,6 @@ from osm2xodr.curves import (
     dubins_without_slivers,
     lengths,
     pose,
-    project,
     replace_curves,
     smallest_radius,
 )
@@ -28,17 +27,13 @@ from osm2xodr.geometry.connections.defaults import (
     TURNING_RADIUS,
     TURNING_RADIUS_ACUTE,
 )
-from osm2xodr.geometry.connections.overrun_arms import ways_over_arms
+from osm2xodr.geometry.connections.overrun_arms import beyond_streets, ways_over_arms
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back, turns_back
-from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import FloatArray, PlanView
-
-# Ways and streets are compared at these shares of the ways.
-_SHARES: Final = np.linspace(0.02, 0.98, 25)
+from osm2xodr.model import PlanView
 
 
 def draw_tighter(
@@ -72,25 +67,12 @@ def draw_tighter(
         chosen = replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row[new])
         # Turns back lead over what lies between carriageways.
         turns = np.flatnonzero(~back[new])
-        most = np.maximum(_beyond(ends, layout, parts, connecting.at_rows(row[new[turns]])), OFF_CARRIAGEWAY)
-        leave = turns[_beyond(ends, layout, parts, chosen.at_rows(turns)) > most]
+        most = np.maximum(beyond_streets(ends, layout, parts, connecting.at_rows(row[new[turns]])), OFF_CARRIAGEWAY)
+        leave = turns[beyond_streets(ends, layout, parts, chosen.at_rows(turns)) > most]
         new = np.delete(new, np.union1d(ways_over_arms(ends, layout, parts, chosen)[0], leave))
         plan = replace_curves(plan, row[new], drawn, new)
         row = np.delete(row, new)
     return connecting if plan is connecting.plan_view else replace(connecting, plan_view=plan, length=lengths(plan))
-
-
-def _beyond(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
-    """Return how far ways leave the carriageways of all streets at the nodes of their junction, (n,), m."""
-    out = np.zeros(len(connecting.junction))
-    for row, junction in enumerate(connecting.junction.tolist()):
-        streets = np.unique(np.flatnonzero(np.isin(ends.node, layout.nodes[junction])) // 2)
-        x, y, _ = pose(connecting.plan_view, np.full(len(_SHARES), row), _SHARES * connecting.length[row])
-        of, place = np.repeat(streets, len(_SHARES)), np.tile(np.arange(len(_SHARES)), len(streets))
-        distance = project(ends.lines, of, x[place], y[place])[2].reshape(len(streets), len(_SHARES))
-        arms = parts.street_end()[[connecting.entry[row], connecting.exit[row]]]
-        out[row] = distance.min(axis=0).max() - half_carriageways(ends, arms).max()
-    return out
 
 
 def _at_once(start: Poses, end: Poses) -> PlanView:
