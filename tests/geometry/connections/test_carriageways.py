@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from street_cases import Case
 
-from osm2xodr.curves import heading_change, lengths, pose, replace_curves, smallest_radius, stack_plan_views
+from osm2xodr.curves import heading_change, lengths, pose, smallest_radius, stack_plan_views
 from osm2xodr.geometry.connections.carriageways import (
     Carriageways,
     along_the_way,
@@ -63,18 +63,6 @@ def test_ways_there_and_back_turn_about_one_centre(arm: float) -> None:
     assert outer - inner == pytest.approx(3.0, abs=1e-6)
     there, back = np.array([0]), np.array([1])
     assert curves_apart(drawn, there, drawn, back, 64)[0] == pytest.approx(3.0, abs=0.05)
-
-
-def test_what_meets_the_way_back_is_told() -> None:
-    """2 m nearer to the way back, a way there comes as near as 1 m: it meets it, unless it did before."""
-    plan, streets = corner(20.0)
-    row = np.array([0])
-    ends = [(-20.0, 0.5, 0.0), (0.5, -20.0, -math.pi / 2)]
-    near = connect(*(np.array([v]) for end in ends for v in end))
-    assert streets.meet(near, row, plan, row).tolist() == [True]
-    assert streets.meet(plan, row, plan, row).tolist() == [False]
-    before = replace_curves(plan, row, near, row)
-    assert streets.meet(near, row, before, row).tolist() == [False]
 
 
 def test_their_ends_stay() -> None:

@@ -22,7 +22,6 @@ from osm2xodr.curves import (
     pose,
     ranks,
     replace_curves,
-    runs,
     smallest_radius,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -34,10 +33,9 @@ from osm2xodr.geometry.connections.defaults import (
     TURNING_RADIUS,
     TURNING_RADIUS_ACUTE,
 )
-from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, detours, has_kinks, legs_through
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
-from osm2xodr.geometry.defaults import CAR_WIDTH
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -67,9 +65,7 @@ _LESS: Final = 0.5
 _RADII: Final = (20.0, 15.0, 12.0, 9.0, 7.5, TURNING_RADIUS, LEAST_REDRAWN_RADIUS)
 _SHARPEST: Final = (4.8, 4.5, TURNING_RADIUS_ACUTE)
 # Curves have the first of these radii with which something helps, m, or that of the direct curve.
-_LEAST_RADII: Final = (LEAST_REDRAWN_RADIUS, TURNING_RADIUS_ACUTE, 0.0)
-# Ways there and back are compared at this many places each.
-_PLACES: Final = 32
+_LEAST_RADII: Final = (LEAST_REDRAWN_RADIUS, 0.0)
 # How much less than this a curve leaves the carriageways decides nothing, m.
 _NO_MATTER: Final = OFF_CARRIAGEWAY - _LESS
 
@@ -82,7 +78,6 @@ class Carriageways:
     lines: PlanView  # OSM's lines of the streets
     half: FloatArray  # (n,) Half of the wider carriageway of the two arms of each connecting road, m
     arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
-    there: BoolArray  # (n,) Which of these lead there
 
     def beyond(self, plan: PlanView, curve: IntArray, row: IntArray, most: float | FloatArray = np.inf) -> FloatArray:
         """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
@@ -111,19 +106,6 @@ class Carriageways:
             todo = todo[(out[todo] > _NO_MATTER) & (found.max(axis=1) - half[todo] <= most[todo])]
         return np.maximum(out, longer)
 
-    def meet(self, drawn: PlanView, curve: IntArray, plan: PlanView, row: IntArray) -> BoolArray:
-        """Say which curves, drawn for some rows of a plan, meet a way back, and are nearer to it than before."""
-        order = np.argsort(self.arms, kind="stable")
-        first, last = (np.searchsorted(self.arms[order], self.arms[row], side) for side in ("left", "right"))
-        of, other = np.repeat(np.arange(len(row)), last - first), order[runs(first, last - first)]
-        back = self.there[other] != self.there[row[of]]
-        of, other = of[back], other[back]
-        before = curves_apart(plan, row[of], plan, other, _PLACES)
-        after = curves_apart(drawn, curve[of], plan, other, _PLACES)
-        out = np.zeros(len(row), bool)
-        out[of[after < np.minimum(before, CAR_WIDTH)]] = True
-        return out
-
     def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
         """Return the distances from the streets at shares of curves, (curves, shares), m."""
         each = np.repeat(curve, len(shares))
@@ -148,7 +130,7 @@ def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: Int
     """Return the carriageways of connecting roads from street ends to street ends, (n,)."""
     arms = np.minimum(entry, exit_) * len(ends.left) + np.maximum(entry, exit_)
     half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
-    return Carriageways(lanes, ends.lines, half, arms, entry < exit_)
+    return Carriageways(lanes, ends.lines, half, arms)
 
 
 def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
@@ -156,8 +138,7 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
 
     Curves follow smooth streets. Others turn less widely, turn at the corners of their way, or run along it with its
     corners rounded: the first of these that keeps to the carriageways, else what leaves them least. What cars hardly
-    drive is tried last. All lanes between two arms, there and back, change together; at last those of one direction
-    alone, where they do not meet those of the other.
+    drive is tried last. All lanes between two arms, there and back, change together.
     """
     plan = follow_streets(direct, streets.lanes)
     rows = _far_from_their_way(plan, streets)
@@ -171,15 +152,13 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         outside=_outside(plan, rows, streets),
     )
     off = streets.beyond(plan, rows, rows)
-    there, arms = streets.there[rows], streets.arms[rows]
+    arms = streets.arms[rows]
     last = np.inf
     for least in _LEAST_RADII:
         # A lower limit allows more only where a direct curve is sharper than the last one.
         place = np.flatnonzero(_of_same(turns.radius < last, arms))
-        plan, off = _redrawn(plan, off, turns, place, streets, least, alone=False)
+        plan, off = _redrawn(plan, off, turns, place, streets, least)
         last = least
-    for which in (there, ~there):
-        plan, off = _redrawn(plan, off, turns, np.flatnonzero(which), streets, _LEAST_RADII[-1], alone=True)
     return plan
 
 
@@ -200,15 +179,13 @@ def _redrawn(
     place: IntArray,
     streets: Carriageways,
     least: float,
-    alone: bool,
 ) -> tuple[PlanView, FloatArray]:
     """Replace some of the turns that leave the carriageways, by so much, `off` (n,), m; return how far they do then.
 
-    Their radius is `least` at least, m, or that of the direct curve. Those between the same arms change together, or,
-    `alone`, those from one to the other that do not meet those that come back.
+    Their radius is `least` at least, m, or that of the direct curve. Those between the same arms change together.
     """
     off = off.copy()
-    number = (streets.lanes.path if alone else streets.arms)[turns.rows]
+    number = streets.arms[turns.rows]
     smallest = np.maximum(least, np.minimum(turns.radius, LEAST_REDRAWN_RADIUS)) - 1e-9
     for redraw, limit, enough in _REDRAWINGS:
         place = place[_of_same(off[place] > limit, number[place])]
@@ -222,8 +199,6 @@ def _redrawn(
         most = np.maximum(off[place[good]] - _LESS, OFF_CARRIAGEWAY)
         beyond = streets.beyond(drawn, good, rows[good], most)
         bad = beyond > most
-        if alone:
-            bad[~bad] = streets.meet(drawn, good[~bad], plan, rows[good[~bad]])
         kept = ~_of_same(bad, number[place[good]])
         good = good[kept]
         if len(good):
