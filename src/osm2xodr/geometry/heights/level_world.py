@@ -7,13 +7,13 @@ or under other roads: these and the ramps to them are solved as elsewhere, and a
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import lengths
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, end_poses
 from osm2xodr.geometry.heights.part import chosen_junctions, chosen_roads
 from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution
@@ -24,7 +24,11 @@ from osm2xodr.geometry.heights.records import (
     level_profile,
     spread_curves,
 )
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, SurfaceQuality
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, SurfaceQuality
+
+# Roads farther than this from all structures do not cross any, m: beyond the longest ways through junctions, whose
+# arms these are.
+_NEAR_STRUCTURE: Final = 200.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,18 +90,32 @@ def _between(length: FloatArray, z: float, end_z: FloatArray, end_grade: FloatAr
     return hermite_records(Knots(start, s[keep], value[keep], slope[keep]))
 
 
-def ramp_roads(network: Network, crossings: Crossings, z: float) -> IntArray:
+def roads_near_structures(network: Network) -> IntArray:
+    """Return the roads that bridges, tunnels and other layers may lead over or under, ascending."""
+    elements, samples = network.elements, network.samples
+    apart = (elements.structure != Structure.GROUND) | (network.problem.span_layer[elements.span] != 0)
+    at = apart[samples.element]
+    return _roads_within(network, np.column_stack([samples.x[at], samples.y[at]]), _NEAR_STRUCTURE)
+
+
+def ramp_roads(network: Network, crossings: FloatArray, z: float) -> IntArray:
     """Return the roads that need not keep to the height z of the world, m, ascending.
 
-    They lie within the reach of ramps to places where one road passes over another, or are held to another height.
+    They lie within the reach of ramps to `crossings`, (n, 2), m, where one road passes over another, or are held to
+    another height.
     """
-    samples, pins, near = network.samples, network.problem.pins, np.zeros(0, np.int64)
-    if len(crossings.xy):
-        places = np.column_stack([samples.x, samples.y])
-        away = cKDTree(crossings.xy).query(places, distance_upper_bound=defaults.RAMP_REACH)[0]
-        near = network.elements.road[samples.element[np.isfinite(away)]]
+    pins, near = network.problem.pins, _roads_within(network, crossings, defaults.RAMP_REACH)
     held = near[:0] if pins is None else pins.road[np.isfinite(pins.z) & ((pins.z != z) | (pins.grade != 0.0))]
     return np.asarray(np.union1d(near, held))
+
+
+def _roads_within(network: Network, places: FloatArray, reach: float) -> IntArray:
+    """Return the roads that come within a distance of one of the places, (n, 2), all m, ascending."""
+    if not len(places):
+        return np.zeros(0, np.int64)
+    samples = network.samples
+    away = cKDTree(places).query(np.column_stack([samples.x, samples.y]), distance_upper_bound=reach)[0]
+    return np.asarray(np.unique(network.elements.road[samples.element[np.isfinite(away)]]))
 
 
 def ramp_problem(network: Network, roads: IntArray, level: ProfileSolution) -> tuple[ProfileProblem, Pins]:

@@ -20,7 +20,14 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.level_world import LevelGround, level_solution, ramp_problem, ramp_roads, with_ramps
+from osm2xodr.geometry.heights.level_world import (
+    LevelGround,
+    level_solution,
+    ramp_problem,
+    ramp_roads,
+    roads_near_structures,
+    with_ramps,
+)
 from osm2xodr.geometry.heights.limits import (
     Limits,
     limit_clearances,
@@ -32,6 +39,7 @@ from osm2xodr.geometry.heights.limits import (
 )
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
+from osm2xodr.geometry.heights.part import chosen_roads
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
@@ -152,13 +160,17 @@ def _solve_level(
     level = level_solution(problem, z, across)
     if not len(network.elements.h):
         return level
-    crossings = find_crossings(problem, network.unknowns.end_node, on_ground=False)[0]
+    near, crossings, places = roads_near_structures(network), None, np.zeros((0, 2))
+    if len(near):
+        part, _ = _cut(chosen_roads(problem, near), LevelGround(z))
+        crossings = find_crossings(part.problem, part.unknowns.end_node, on_ground=False)[0]
+        places = crossings.xy
     report_known_clearances(problem, crossings, diagnostics)
-    roads = ramp_roads(network, crossings, z)
+    roads = ramp_roads(network, places, z)
     if not len(roads):
         return level
-    (part, ends), surface = ramp_problem(network, roads, level), LevelGround(z)
-    ramps, cell = _cut(part, surface)
+    (lifted, ends), surface = ramp_problem(network, roads, level), LevelGround(z)
+    ramps, cell = _cut(lifted, surface)
     solved = _solve(ramps, cell, surface, across[roads], options, Ground(_roughness_factor(options)))
     report_limits(ramps, solved.outcome, diagnostics)
     return with_ramps(problem, roads, level, _write_records(ramps, solved.outcome), ends)

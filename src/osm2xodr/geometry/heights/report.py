@@ -194,12 +194,12 @@ def report_known_heights(problem: ProfileProblem, z: FloatArray | None, diagnost
             applied(diagnostics, f"node/{node}", "z", f"the road is at {z[k]:.2f} m there")
 
 
-def report_known_clearances(problem: ProfileProblem, crossings: Crossings, diagnostics: Diagnostics) -> None:
-    """Report corrections of clearances."""
+def report_known_clearances(problem: ProfileProblem, crossings: Crossings | None, diagnostics: Diagnostics) -> None:
+    """Report corrections of clearances; None for no crossings."""
     if problem.span_clearance is None:
         return
     known = np.isfinite(problem.span_clearance)
-    used = set() if crossings.known_by is None else set(crossings.known_by.tolist())
+    used = set() if crossings is None or crossings.known_by is None else set(crossings.known_by.tolist())
     for way in np.unique(problem.span_way[known]).tolist():
         wanted = float(problem.span_clearance[known & (problem.span_way == way)][0])
         if way in used:
