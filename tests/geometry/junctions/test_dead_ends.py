@@ -8,6 +8,7 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions import cut_back_ends_on_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
 
@@ -60,3 +61,19 @@ def test_stubs_of_the_street_itself_are_arms() -> None:
     fitted = fit_streets(stages.network, Diagnostics())
     after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, Diagnostics())
     assert after.trim.tolist() == stages.layout.trim.tolist()
+
+
+@pytest.mark.parametrize(("y", "cut"), [(26.0, True), (16.0, False)])
+def test_what_the_junction_at_its_other_end_takes_is_left_to_it(y: float, cut: bool) -> None:
+    nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "e": (-100.0, y), "c": (0.0, y), "f": (100.0, y), "d": (0.0, 1.0)}
+    ways = {1: ("a b", STREET), 2: ("c d", "highway=service width=4"), 3: ("e c f", "highway=primary width=16")}
+    stages = Case(nodes, ways).stages()
+    fitted = fit_streets(stages.network, Diagnostics())
+    before = stages.layout
+    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, before, Diagnostics())
+    (street,) = [k for k, item in enumerate(stages.network.streets) if item.pieces[0][1].osm_way_id == 2]
+    ends = slice(2 * street, 2 * street + 2)
+    gone = after.trim[ends] - before.trim[ends]
+    assert gone.tolist() == [0.0, pytest.approx(3.5 if cut else 0.0, abs=0.5)]
+    # What is left is a street, however far the arm at the junction is set back.
+    assert after.trim[2 * street + 1] + after.most[2 * street] <= y - 1.0 - SHORTEST_STREET + 1e-9

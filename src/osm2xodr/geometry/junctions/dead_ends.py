@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves import find_record, lengths, pose, ranks, starts
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
@@ -37,22 +38,26 @@ def cut_back_ends_on_streets(
     arms = np.bincount(node[node >= 0], minlength=len(network.intersections))
     free = (node >= 0) & (layout.junction < 0) & ~np.repeat(layout.inner, 2) & (layout.trim == 0)
     free[free] = arms[node[free]] == 1
-    trim = layout.trim.copy()
+    trim, most = layout.trim.copy(), layout.most.copy()
     streets = _Streets(fitted)
     for end, street in streets.under(ends, np.flatnonzero(free)):
         if np.isin(node[[2 * street, 2 * street + 1]], node[[end, end ^ 1]]).any():
             continue
+        spare = float(ends.length[end]) - SHORTEST_STREET
         u = _back(ends, end)
+        u = u[: max(1, int(np.count_nonzero(u <= spare - trim[end ^ 1])))]
         on = np.zeros(len(u), bool)
         x, y, hdg = outward_pose(ends, np.full(len(u), end), u)
         for edge in (float(ends.left[end]), float(ends.right[end])):
             on |= streets.covers(street, x - edge * np.sin(hdg), y + edge * np.cos(hdg), _GAP)
         if not on[-1]:
             trim[end] = max(trim[end], u[np.flatnonzero(on)[-1] + 1] if on.any() else 0.0)
+            most[end] = max(most[end], trim[end])
+            most[end ^ 1] = max(trim[end ^ 1], min(most[end ^ 1], spare - trim[end]))
             way = network.streets[end // 2].attributes_at_end(end).osm_way_id
             text = "it ends on or behind another road without a common node, and is cut back to where it is apart"
             diagnostics.repaired("lies-on-another", f"way/{way}", text)
-    return replace(layout, trim=trim)
+    return replace(layout, trim=trim, most=most)
 
 
 def _back(ends: StreetEnds, end: int) -> FloatArray:
