@@ -165,11 +165,23 @@ def test_constants_are_written_once() -> None:
     rise = Cubic(4.0, 1.0, 0.5)
     found = without_repeats([Cubic(0.0, 1.0), Cubic(2.0, 1.0 + 1e-12), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1)])
     assert found == (Cubic(0.0, 1.0), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1))
-    # What is no constant is never left out, whatever its value at the start.
+    # What is no constant is not left out for its value at the start.
     again = Cubic(5.0, 1.0, 0.5)
     assert without_repeats([rise, again, Cubic(6.0, 1.0)]) == (rise, again, Cubic(6.0, 1.0))
     # Of two records at one place the later holds.
     assert without_repeats([Cubic(0.0, 1.0), Cubic(4.0, 1.5), rise]) == (Cubic(0.0, 1.0), rise)
+
+
+def test_a_cubic_that_goes_on_is_written_once() -> None:
+    """Round ends of two tapers in a row may be one cubic, with its inflection where they meet."""
+    end = Cubic(10.0, 2.8, 0.002, -3e-5, 1e-6)
+    begin = end.begun_later(10.0, 20.0)
+    assert begin.b == pytest.approx(0.0017)
+    assert begin.c == pytest.approx(0.0)
+    after = Cubic(35.0, begin.at(15.0), 0.0, 0.0, 0.0)
+    assert without_repeats([end, begin, after]) == (end, after)
+    for other in (replace(begin, a=begin.a + 1e-6), replace(begin, d=1.001e-6), replace(begin, c=1e-9)):
+        assert without_repeats([end, other, after]) == (end, other, after)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ from osm2xodr.model import Cubic, Direction, LaneSpec
 
 # Values that differ by less are the same: widths, offsets and places along the road, m.
 SAME_VALUE: Final = 1e-9
+# Cubics are the same if their coefficients differ by less, in metres of s: by nanometres over a hundred metres.
+_SAME_CUBIC: Final = (SAME_VALUE, 1e-11, 1e-13, 1e-15)
 
 
 @dataclass(slots=True)
@@ -225,12 +227,21 @@ def _step(s: float, length: float, start: float, end: float, round_end: float | 
 
 
 def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
-    """Leave out records that say what the one before says: neighbouring constants of the same value."""
+    """Leave out records that say what the one before says: its cubic goes on."""
     out: list[Cubic] = []
     for item in cubics:
         # Of two records at one place the later one holds.
         if out and item.s - out[-1].s < SAME_VALUE:
             out.pop()
-        if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < SAME_VALUE):
+        if not (out and _goes_on(out[-1], item)):
             out.append(item)
     return tuple(out)
+
+
+def _goes_on(before: Cubic, item: Cubic) -> bool:
+    """Say whether a record is the cubic of the one before: of two tapers in a row one may end as the next begins."""
+    if before.is_flat or item.is_flat:
+        return before.is_flat and item.is_flat and abs(before.a - item.a) < SAME_VALUE
+    same = before.begun_later(item.s - before.s, item.s)
+    differences = abs(same.a - item.a), abs(same.b - item.b), abs(same.c - item.c), abs(same.d - item.d)
+    return all(value < least for value, least in zip(differences, _SAME_CUBIC, strict=True))
