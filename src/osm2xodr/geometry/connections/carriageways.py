@@ -152,11 +152,10 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         outside=_outside(plan, rows, streets),
     )
     off = streets.beyond(plan, rows, rows)
-    arms = streets.arms[rows]
     last = np.inf
     for least in _LEAST_RADII:
         # A lower limit allows more only where a direct curve is sharper than the last one.
-        place = np.flatnonzero(_of_same(turns.radius < last, arms))
+        place = np.flatnonzero(_of_same(turns.radius < last, streets.arms[rows]))
         plan, off = _redrawn(plan, off, turns, place, streets, least)
         last = least
     return plan
@@ -198,8 +197,7 @@ def _redrawn(
         good = np.flatnonzero(~_of_same(bad, number[place]))
         most = np.maximum(off[place[good]] - _LESS, OFF_CARRIAGEWAY)
         beyond = streets.beyond(drawn, good, rows[good], most)
-        bad = beyond > most
-        kept = ~_of_same(bad, number[place[good]])
+        kept = ~_of_same(beyond > most, number[place[good]])
         good = good[kept]
         if len(good):
             plan = replace_curves(plan, rows[good], drawn, good)

@@ -131,7 +131,7 @@ def solve_profiles(
 
 
 def _cut(problem: ProfileProblem, surface: Surface) -> tuple[Network, FloatArray]:
-    """Cut roads into elements and samples, as finely as the surface's cells along each road allow, (R,), m."""
+    """Return roads cut into elements and samples, and the size of the surface's cells along each of them, (R,), m."""
     spacing = road_spacing(problem, surface)
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
