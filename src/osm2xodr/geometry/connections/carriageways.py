@@ -30,7 +30,6 @@ from osm2xodr.geometry.connections.defaults import (
     LEAST_REDRAWN_RADIUS,
     LONGEST_REDRAWN,
     OFF_CARRIAGEWAY,
-    TURNING_RADIUS,
     TURNING_RADIUS_ACUTE,
 )
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
@@ -60,14 +59,16 @@ _FAR_OFF: Final = 1.5
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
 _LESS: Final = 0.5
-# Turns are drawn with the first of these radii, m, that keeps them to the carriageways; at last, if nothing else
-# does, with the first of the smaller ones. Choices.
-_RADII: Final = (20.0, 15.0, 12.0, 9.0, 7.5, TURNING_RADIUS, LEAST_REDRAWN_RADIUS)
-_SHARPEST: Final = (4.8, 4.5, TURNING_RADIUS_ACUTE)
+# Turns are drawn with the largest radius between these, m, that keeps them to the carriageways; the range is halved
+# so often, which finds it to 5 %. Smaller ones are tried at last, if nothing else does. Choices.
+_RADII: Final = (LEAST_REDRAWN_RADIUS, 20.0, 5)
+_SHARPEST: Final = (TURNING_RADIUS_ACUTE, LEAST_REDRAWN_RADIUS, 3)
 # Curves have the first of these radii with which something helps, m, or that of the direct curve.
 _LEAST_RADII: Final = (LEAST_REDRAWN_RADIUS, 0.0)
 # How much less than this a curve leaves the carriageways decides nothing, m.
 _NO_MATTER: Final = OFF_CARRIAGEWAY - _LESS
+
+_Redraw = Callable[[PlanView, LanePaths, FloatArray], PlanView]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +137,9 @@ def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: Int
 def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     """Replace those of the direct curves, (n,), that leave the carriageways by such as leave them less.
 
-    Curves follow smooth streets. Others turn less widely, turn at the corners of their way, or run along it with its
-    corners rounded: the first of these that keeps to the carriageways, else what leaves them least. What cars hardly
-    drive is tried last. All lanes between two arms, there and back, change together.
+    Curves follow smooth streets. Others turn as widely as the carriageways allow, turn at the corners of their way,
+    or run along it with its corners rounded: the first of these that keeps to the carriageways, else what leaves them
+    least. What cars hardly drive is tried last. All lanes between two arms, there and back, change together.
     """
     plan = follow_streets(direct, streets.lanes)
     rows = _far_from_their_way(plan, streets)
@@ -171,6 +172,64 @@ class _Turns:
     outside: FloatArray  # How far outside the innermost way between the same arms they lie, m
 
 
+class _Drawing:
+    """The plan while turns are drawn again.
+
+    Attributes
+    ----------
+    plan
+        The curves of all connecting roads.
+    off
+        How far the turns leave the carriageways, (n,), m.
+    """
+
+    def __init__(
+        self, plan: PlanView, off: FloatArray, turns: _Turns, streets: Carriageways, smallest: FloatArray
+    ) -> None:
+        self.plan, self.off = plan, off.copy()
+        self._turns, self._streets, self._smallest = turns, streets, smallest
+        self._number = streets.arms[turns.rows]
+
+    def off_by_more(self, limit: float, place: IntArray) -> IntArray:
+        """Return those of some turns that leave the carriageways by more than a limit, m, or lie beside such."""
+        return place[_of_same(self.off[place] > limit, self._number[place])]
+
+    def draw(self, redraw: _Redraw, place: IntArray, most: FloatArray, enough: float = np.inf) -> IntArray:
+        """Draw turns anew, and take the curves that leave the carriageways by `most` at most, (place,), m.
+
+        None is sharper than its turn may be, unless its radius is `enough`, m. Those between the same arms change
+        together. Return which have changed, as positions in `place`.
+        """
+        turns, streets, rows, number = self._turns, self._streets, self._turns.rows[place], self._number[place]
+        drawn = redraw(chosen_curves(self.plan, rows), streets.lanes.chosen(rows), turns.outside[place])
+        bad = smallest_radius(drawn) < np.minimum(self._smallest[place], enough)
+        bad |= (lengths(drawn) > turns.longest[place]) | has_kinks(drawn) | detours(drawn)
+        good = np.flatnonzero(~_of_same(bad, number))
+        beyond = streets.beyond(drawn, good, rows[good], most[good])
+        kept = ~_of_same(beyond > most[good], number[good])
+        good = good[kept]
+        if len(good):
+            self.plan = replace_curves(self.plan, rows[good], drawn, good)
+            self.off[place[good]] = beyond[kept]
+        return good
+
+    def draw_if_less(self, redraw: _Redraw, place: IntArray, enough: float = np.inf) -> IntArray:
+        """Draw turns anew where that keeps them to the carriageways, or leaves these less; return which of them."""
+        return self.draw(redraw, place, np.maximum(self.off[place] - _LESS, OFF_CARRIAGEWAY), enough)
+
+    def turn(self, place: IntArray, least: float, largest: float, rounds: int, enough: float = np.inf) -> None:
+        """Draw turns with the largest radius, m, that keeps them to the carriageways, or with the least of all."""
+        place = place[self.draw_if_less(partial(_turned, radius=np.full(len(place), least)), place, enough)]
+        place = place[~_of_same(self.off[place] > OFF_CARRIAGEWAY, self._number[place])]
+        lower, upper = np.full(len(place), least), np.full(len(place), largest)
+        for _ in range(rounds):
+            radius = np.sqrt(lower * upper)
+            most = np.full(len(place), OFF_CARRIAGEWAY)
+            fits = np.zeros(len(place), bool)
+            fits[self.draw(partial(_turned, radius=radius), place, most, enough)] = True
+            lower, upper = np.where(fits, radius, lower), np.where(fits, upper, radius)
+
+
 def _redrawn(
     plan: PlanView,
     off: FloatArray,
@@ -183,26 +242,16 @@ def _redrawn(
 
     Their radius is `least` at least, m, or that of the direct curve. Those between the same arms change together.
     """
-    off = off.copy()
-    number = streets.arms[turns.rows]
     smallest = np.maximum(least, np.minimum(turns.radius, LEAST_REDRAWN_RADIUS)) - 1e-9
-    for redraw, limit, enough in _REDRAWINGS:
-        place = place[_of_same(off[place] > limit, number[place])]
-        if not len(place):
-            break
-        rows = turns.rows[place]
-        drawn = redraw(chosen_curves(plan, rows), streets.lanes.chosen(rows), turns.outside[place])
-        bad = smallest_radius(drawn) < np.minimum(smallest[place], enough)
-        bad |= (lengths(drawn) > turns.longest[place]) | has_kinks(drawn) | detours(drawn)
-        good = np.flatnonzero(~_of_same(bad, number[place]))
-        most = np.maximum(off[place[good]] - _LESS, OFF_CARRIAGEWAY)
-        beyond = streets.beyond(drawn, good, rows[good], most)
-        kept = ~_of_same(beyond > most, number[place[good]])
-        good = good[kept]
-        if len(good):
-            plan = replace_curves(plan, rows[good], drawn, good)
-            off[place[good]] = beyond[kept]
-    return plan, off
+    drawing = _Drawing(plan, off, turns, streets, smallest)
+    place = drawing.off_by_more(OFF_CARRIAGEWAY, place)
+    drawing.turn(place, *_RADII)
+    for redraw, limit in _REDRAWINGS:
+        place = drawing.off_by_more(limit, place)
+        drawing.draw_if_less(redraw, place)
+    place = drawing.off_by_more(OFF_CARRIAGEWAY, place)
+    drawing.turn(place, *_SHARPEST, enough=_SHARPEST[0] - 1e-9)
+    return drawing.plan, drawing.off
 
 
 def _outside(plan: PlanView, rows: IntArray, streets: Carriageways) -> FloatArray:
@@ -233,10 +282,10 @@ def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
     return rows[_of_same(far, streets.arms[rows])]
 
 
-def _turned_tighter(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: float) -> PlanView:
-    """Return curves with the same ends that turn with an arc between longer lines.
+def _turned(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: FloatArray) -> PlanView:
+    """Return curves with the same ends that turn with an arc between lines.
 
-    The innermost one has a radius, m, and the others turn about its centre.
+    The innermost one has its radius, (n,), m, and the others turn about its centre.
     """
     begin, end = _ends(plan)
     return connect(*begin, *end, radius=radius + outside, longest=LONGEST_REDRAWN)
@@ -286,13 +335,9 @@ def _at_corners(plan: PlanView, lanes: LanePaths, outside: FloatArray) -> PlanVi
     return follow_corners(plan, lanes)
 
 
-_Redraw = Callable[[PlanView, LanePaths, FloatArray], PlanView]
-# In the order in which they are tried, for what leaves the carriageways by more than what, and the radius that is
-# enough though the direct curve has more, m.
-_REDRAWINGS: Final[tuple[tuple[_Redraw, float, float], ...]] = (
-    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, np.inf) for item in _RADII),
-    (_at_corners, OFF_CARRIAGEWAY, np.inf),
-    *((partial(_along_the_way, rounding=item), OFF_CARRIAGEWAY, np.inf) for item in ROUNDINGS),
-    *((partial(_along_the_way, rounding=item), _FAR_OFF, np.inf) for item in _BETWEEN),
-    *((partial(_turned_tighter, radius=item), OFF_CARRIAGEWAY, _SHARPEST[-1] - 1e-9) for item in _SHARPEST),
+# In the order in which they are tried, for what leaves the carriageways by more than what, m.
+_REDRAWINGS: Final[tuple[tuple[_Redraw, float], ...]] = (
+    (_at_corners, OFF_CARRIAGEWAY),
+    *((partial(_along_the_way, rounding=item), OFF_CARRIAGEWAY) for item in ROUNDINGS),
+    *((partial(_along_the_way, rounding=item), _FAR_OFF) for item in _BETWEEN),
 )
