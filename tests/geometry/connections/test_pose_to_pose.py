@@ -87,6 +87,16 @@ def test_a_pose_that_looks_back_from_far_ahead_is_met(off: float) -> None:
     assert_joins(joined(one, other), one, other)
 
 
+@pytest.mark.parametrize(("off", "turn"), [(0.0, 0.0), (0.0, 1e-4), (0.0, -1e-3), (-0.01, 1e-4), (0.05, 1e-3)])
+def test_a_pose_straight_behind_is_met_by_a_line(off: float, turn: float) -> None:
+    """Two arcs would need a radius of kilometres: the nearer the headings, the larger."""
+    plan = joined(Pose(0.0, 0.0, 0.0), Pose(-5.0, off, turn))
+    assert records(plan, 0)[0][3] == 0.0
+    end = pose_at(plan, 0, curve_length(plan, 0))
+    assert (end.x, end.y) == pytest.approx((-5.0, off), abs=1e-9)
+    assert curve_length(plan, 0) == pytest.approx(5.0, abs=1e-3)
+
+
 def test_a_curve_of_no_length_that_turns_is_a_point() -> None:
     poses = (Pose(0.0, 0.0, 0.0), Pose(2e-5, 0.0, 2.5)), (Pose(0.0, 0.0, 0.0), Pose(0.0, 9.0, math.pi))
     columns = np.array([[*vars(one).values(), *vars(other).values()] for one, other in poses]).T

@@ -40,6 +40,8 @@ _LONGEST_TANGENT: Final = 1e7
 _SHORTEST_RECORD: Final = 1e-7
 # A curve whose heading at its end, or between two of its records, is off by more has missed it, rad.
 _MISSED: Final = 1e-3
+# So has one that ends beside its pose by more than this, m.
+_MISSED_BY: Final = 1e-3
 # A connecting road shorter than this, m, that turns by more than this, rad, is a point: no car turns on one.
 _SHORTEST_TURN: Final = 0.1
 _TURN_OF_A_POINT: Final = 0.5
@@ -75,7 +77,8 @@ def connect(
     that cars drive, the arc no larger than `radius`, m, unless the curve would become `longest` times as long as the
     largest arc by that; else two arcs with tangents of equal length (biarc, Bolton 1975,
     doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
-    the second pose, because it looks back from straight ahead.
+    the second pose, because it looks back from straight ahead. A pose straight behind, which only a full circle
+    reaches, has a line, driven backwards.
     """
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
     simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1, radius, longest)
@@ -84,6 +87,7 @@ def connect(
     length = np.where(simple[:, None], simple_length, length)
     curvature = np.where(simple[:, None], simple_curvature, curvature)
     x, y, hdg, dx, dy = _starts(x0, y0, hdg0, length, curvature)
+    aside = np.hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
     straight = np.abs(curvature * length) < _STRAIGHT_BELOW
     hdg = np.where(straight, np.arctan2(dy, dx), hdg)
     length = np.where(straight, np.hypot(dx, dy), length)
@@ -96,13 +100,17 @@ def connect(
     s = np.cumsum(length, axis=1) - length
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
     plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
-    missed = np.flatnonzero(np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED)
+    aside |= np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED
+    missed = np.flatnonzero(aside)
     if not len(missed):
         return plan
-    poses = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
-    other = dubins_curves(*poses, radius=CONNECTING_RADIUS)
-    found = np.flatnonzero(lengths(other) > 0)
-    return replace_curves(plan, missed[found], other, found)
+    x0, y0, hdg0, x1, y1, hdg1 = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
+    other = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=CONNECTING_RADIUS)
+    found = lengths(other) > 0
+    bearing = np.arctan2(y1 - y0, x1 - x0)
+    back = connect(x0, y0, bearing, x1, y1, bearing) if not found.all() else other
+    other = replace_curves(other, np.flatnonzero(~found), back, np.flatnonzero(~found))
+    return replace_curves(plan, missed, other, np.arange(len(missed)))
 
 
 def _starts(
