@@ -6,11 +6,12 @@ of a bend from arm to arm, or where they swing out. What they cover belongs to t
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, ranks
+from osm2xodr.curves import owners, pose, project, ranks, runs, starts
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
@@ -89,15 +90,30 @@ def beyond_streets(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
 ) -> FloatArray:
     """Return how far ways leave the carriageways of all streets at the nodes of their junction, (n,), m."""
-    out = np.zeros(len(connecting.junction))
-    for row, junction in enumerate(connecting.junction.tolist()):
-        streets = np.unique(np.flatnonzero(np.isin(ends.node, layout.nodes[junction])) // 2)
-        x, y, _ = pose(connecting.plan_view, np.full(len(_SHARES), row), _SHARES * connecting.length[row])
-        of, place = np.repeat(streets, len(_SHARES)), np.tile(np.arange(len(_SHARES)), len(streets))
-        distance = project(ends.lines, of, x[place], y[place])[2].reshape(len(streets), len(_SHARES))
-        arms = parts.street_end()[[connecting.entry[row], connecting.exit[row]]]
-        out[row] = distance.min(axis=0).max() - half_carriageways(ends, arms).max()
-    return out
+    if not len(connecting.junction):
+        return np.zeros(0)
+    first, street = _streets_at(ends, layout)
+    count = np.diff(first)[connecting.junction]
+    row, street = np.repeat(np.arange(len(count)), count), street[runs(first[connecting.junction], count)]
+    every, places = np.arange(len(count)), len(_SHARES)
+    x, y, _ = pose(connecting.plan_view, np.repeat(every, places), (connecting.length[:, None] * _SHARES).ravel())
+    x, y = (np.reshape(column, (-1, places))[row].ravel() for column in (x, y))
+    distance = project(ends.lines, np.repeat(street, places), x, y)[2].reshape(-1, places)
+    nearest = np.full((len(count), places), np.inf)
+    np.minimum.at(nearest, row, distance)
+    arms = parts.street_end()[np.stack([connecting.entry, connecting.exit])]
+    half = np.maximum(half_carriageways(ends, arms[0]), half_carriageways(ends, arms[1]))
+    return np.asarray(nearest.max(axis=1) - half)
+
+
+def _streets_at(ends: StreetEnds, layout: JunctionLayout) -> tuple[IntArray, IntArray]:
+    """Return the streets at the nodes of each junction, and where those of each begin, (junctions + 1,)."""
+    junction = np.full(ends.node.max(initial=0) + 2, -1)  # By node; the last one stands for none
+    junction[list(chain.from_iterable(layout.nodes))] = owners(starts([len(nodes) for nodes in layout.nodes]))
+    at = junction[ends.node]
+    streets = len(at) // 2
+    number, street = np.divmod(np.unique((at * streets + np.arange(len(at)) // 2)[at >= 0]), streets)
+    return starts(np.bincount(number, minlength=len(layout.nodes))), street
 
 
 def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
