@@ -53,3 +53,25 @@ def test_water_of_some_seasons_underground_or_not_whole_is_left_out(tmp_path: Pa
     found = read_surroundings(Area(NODES, ways).write(tmp_path))
     assert found.water.areas == ()
     assert found.water.coastlines == ()
+    # What is known of an outline with nodes that are not in the file is kept.
+    assert [(area.osm_id, [metres(line) for line in area.lines]) for area in found.water.open_areas] == [
+        ("way/13", [[[0, 0], [20, 0]]])
+    ]
+
+
+def test_multipolygons_that_are_not_whole_keep_their_lines_and_islands(tmp_path: Path) -> None:
+    ways = {10: ([1, 2], ""), 11: ([3, 2], ""), 12: ([5, 6, 7, 5], ""), 14: ([4, 1, 3, 4], "")}
+    river = [("way", 10, "outer"), ("way", 11, "outer"), ("way", 13, "outer"), ("way", 12, "inner")]
+    lakes = [("way", 14, "outer"), ("way", 10, "outer")]
+    tags = "type=multipolygon natural=water"
+    path = Area(NODES, ways, {20: (river, tags), 21: (lakes, tags)}).write(tmp_path)
+    found = read_surroundings(path).water
+    first, second = found.open_areas
+    assert [metres(line) for line in first.lines] == [[[0, 0], [20, 0], [20, 10]]]
+    assert [metres(hole) for hole in first.holes] == [[[5, 3], [15, 3], [15, 7]]]
+    assert [area.osm_id for area in found.areas] == [second.osm_id] == ["relation/21"]
+    assert [metres(line) for line in second.lines] == [[[0, 0], [20, 0]]]
+    assert found.bounds is None
+    box = '<bounds minlat="49.9" minlon="9.9" maxlat="50.1" maxlon="10.25"/>'
+    path.write_text(path.read_text().replace('<osm version="0.6">', f'<osm version="0.6">{box}'))
+    assert read_surroundings(path).water.bounds == (9.9, 49.9, 10.25, 50.1)

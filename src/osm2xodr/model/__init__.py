@@ -91,7 +91,7 @@ from osm2xodr.model.streets import (
     StructureTags,
     TurnRestriction,
 )
-from osm2xodr.model.surroundings import Surroundings, Water, WaterArea
+from osm2xodr.model.surroundings import OpenWater, Surroundings, Water, WaterArea
 
 __all__ = [
     "EVERY_LANE",
@@ -134,6 +134,7 @@ __all__ = [
     "NodeCorrection",
     "NodeFacts",
     "ObjectRepeat",
+    "OpenWater",
     "Outline",
     "Partition",
     "PlanView",

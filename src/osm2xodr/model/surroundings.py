@@ -23,10 +23,27 @@ class WaterArea:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class OpenWater:
+    """A lake, a river or a basin whose outline is not whole in the file."""
+
+    osm_id: str  # ``way/1`` or ``relation/2``
+    lines: tuple[FloatArray, ...]  # What there is of the outline, (n, 2), longitude and latitude, degrees, WGS 84
+    holes: tuple[FloatArray, ...]  # Islands, likewise; the last corner is not the first one again
+
+    def __post_init__(self) -> None:
+        for line in (*self.lines, *self.holes):
+            line.flags.writeable = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Water:
     """All water of an area."""
 
     areas: tuple[WaterArea, ...] = ()
+    open_areas: tuple[OpenWater, ...] = ()
+    # The rectangle that the file was cut to, west, south, east, north, degrees; None where it is not known, or where
+    # no area is open
+    bounds: tuple[float, float, float, float] | None = None
     coastlines: tuple[FloatArray, ...] = ()  # (n, 2) Longitude and latitude, degrees, WGS 84; the sea is on the right
 
     def __post_init__(self) -> None:

@@ -34,7 +34,7 @@ def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
     """
     file = open_osm_file(path)
     areas, broken = read_areas(file, frozenset(_KEYS))
-    areas = [area for area in areas if _stands(area.tags)]
+    areas = [area for area in areas if area.outer and _stands(area.tags)]
     rings = [ring for area in areas for ring in (*area.outer, *area.inner)]
     if not rings:
         return (), tuple(broken)

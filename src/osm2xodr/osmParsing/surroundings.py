@@ -10,7 +10,7 @@ from osm2xodr.osmParsing.water import read_water
 
 
 def read_surroundings(path: Path) -> Surroundings:
-    """Return the buildings and the water of an OSM file, without areas whose outline is not whole in it.
+    """Return the buildings and the water of an OSM file, without buildings whose outline is not whole in it.
 
     Raises
     ------

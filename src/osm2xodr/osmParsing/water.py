@@ -7,8 +7,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.model import Water, WaterArea
-from osm2xodr.osmParsing.file import open_osm_file, places_of, read_areas, read_lines, read_nodes, rings_of
+from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
+from osm2xodr.osmParsing.file import (
+    RawArea,
+    RawNodes,
+    known_pieces,
+    open_osm_file,
+    places_of,
+    read_areas,
+    read_bounds,
+    read_lines,
+    read_nodes,
+    rings_of,
+)
 
 # OSM wiki, Key:water, Tag:waterway=riverbank, Tag:waterway=dock, Tag:landuse=reservoir: areas of open water.
 _AREAS: Final = (("natural", "water"), ("waterway", "riverbank"), ("waterway", "dock"), ("landuse", "reservoir"))
@@ -17,7 +28,7 @@ _COASTLINE: Final = (("natural", "coastline"),)
 
 
 def read_water(path: Path) -> Water:
-    """Return the water of an OSM file, without areas whose outline is not whole in it.
+    """Return the water of an OSM file.
 
     Raises
     ------
@@ -31,13 +42,23 @@ def read_water(path: Path) -> Water:
         if area.tags.get("intermittent") != "yes" and area.tags.get("tunnel", "no") == "no"
     ]
     coast = read_lines(file, _COASTLINE)
-    refs = [ring for area in areas for ring in (*area.outer, *area.inner)] + coast
+    refs = [ring for area in areas for ring in (*area.outer, *area.inner, *area.lines)] + coast
     if not refs:
         return Water()
     nodes = read_nodes(file, np.unique(np.concatenate([np.array(ring, np.int64) for ring in refs])))
-    found = []
+    found, open_areas = [], []
     for area in areas:
         outlines, holes = rings_of(area, nodes)
         found += [WaterArea(area.osm_id, outline, holes) for outline in outlines]
-    lines = (places_of(line, nodes, least=2) for line in coast)
-    return Water(tuple(found), tuple(line for line in lines if line is not None))
+        lines = _open_lines(area, nodes)
+        if lines:
+            open_areas.append(OpenWater(area.osm_id, tuple(lines), holes))
+    shores = (places_of(line, nodes, least=2) for line in coast)
+    known = tuple(line for line in shores if line is not None)
+    return Water(tuple(found), tuple(open_areas), read_bounds(file) if open_areas else None, known)
+
+
+def _open_lines(area: RawArea, nodes: RawNodes) -> list[FloatArray]:
+    """Return what is known of the rings of an area that are not whole."""
+    rings = [(*ring, ring[0]) for ring in (*area.outer, *area.inner) if places_of(ring, nodes) is None]
+    return [piece for line in (*area.lines, *rings) for piece in known_pieces(line, nodes)]

@@ -24,4 +24,4 @@ def area_of(outline: FloatArray, holes: Sequence[FloatArray]) -> tuple[Any, bool
 def polygons_of(shape: Any) -> list[Any]:
     """Return the polygons of a shape, without its lines and points."""
     parts = shapely.get_parts(shapely.get_parts(shape))
-    return [part for part in parts if shapely.get_type_id(part) == shapely.GeometryType.POLYGON]
+    return [part for part in parts if part.geom_type == "Polygon" and not part.is_empty]

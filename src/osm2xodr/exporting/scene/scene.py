@@ -10,11 +10,11 @@ import numpy as np
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.buildings import building_parts
-from osm2xodr.exporting.scene.ground import build_ground, settled, water_shapes
+from osm2xodr.exporting.scene.ground import WaterShapes, build_ground, settled, water_shapes
 from osm2xodr.exporting.scene.marks import mark_parts
 from osm2xodr.exporting.scene.materials import lane_part
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
-from osm2xodr.exporting.scene.model import Part, RoadSurface
+from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
 from osm2xodr.exporting.scene.things import object_parts, signal_parts
@@ -72,7 +72,10 @@ def make_scene(
         No lane has a surface.
     """
     surface, passage = settled(road_surface(file, tolerance, step), height)
-    water = None if surroundings is None else water_shapes(surroundings[0].water, surroundings[1], surface.vertices)
+    water = None
+    if surroundings is not None:
+        on_land = surface.vertices[surface.faces[surface.level == Level.GROUND]].mean(1)
+        water = water_shapes(surroundings[0].water, surroundings[1], surface.vertices, on_land)
     ground = build_ground(surface, rim_of(surface), height, tile, water)
     heights = SurfaceHeights(surface)
     found: dict[str, Sequence[Part]] = {
@@ -90,6 +93,8 @@ def make_scene(
         notes.append(
             f"no elevation model knows {ground.interpolated:,.0f} m² of the ground: its height is interpolated"
         )
+    if water is not None:
+        notes += _open_water(water)
     if surroundings is not None:
         built = building_parts(surroundings[0].buildings, surroundings[1], surface, passage, ground)
         found["buildings"] = built.parts
@@ -99,6 +104,18 @@ def make_scene(
         raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
     kept, layers = zip(*sound, strict=True)
     return Scene(kept, layers, _origin(surface.vertices), tuple(notes))
+
+
+def _open_water(water: WaterShapes) -> list[str]:
+    """Return what is to say about water whose outline is not whole in the file."""
+    return [
+        f"water whose outline is not whole in the OSM file, {what}: {', '.join(ids)}"
+        for ids, what in (
+            (water.closed, "closed along the side of the area"),
+            (water.left_out, "left out as it is not clear on which side of its shores it is"),
+        )
+        if ids
+    ]
 
 
 def _sentence(ids: Mapping[str, Sequence[str]]) -> str:

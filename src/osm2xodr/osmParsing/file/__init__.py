@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.file.areas import RawArea, places_of, read_areas, read_lines, rings_of
+from osm2xodr.osmParsing.file.areas import (
+    RawArea,
+    known_pieces,
+    places_of,
+    read_areas,
+    read_bounds,
+    read_lines,
+    rings_of,
+)
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
@@ -33,9 +41,11 @@ __all__ = [
     "count_contents",
     "element_places",
     "handle",
+    "known_pieces",
     "open_osm_file",
     "places_of",
     "read_areas",
+    "read_bounds",
     "read_lines",
     "read_nodes",
     "read_ways",

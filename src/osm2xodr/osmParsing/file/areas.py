@@ -28,13 +28,14 @@ class RawArea:
     outer: tuple[tuple[int, ...], ...]
     inner: tuple[tuple[int, ...], ...]
     tags: Mapping[str, str]
+    lines: tuple[tuple[int, ...], ...] = ()  # What a relation has of rings that are not closed, ids of nodes
 
 
 def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawArea], list[str]]:
     """Read the areas that have one of some keys, or of some tags: ways first, then relations, each in ascending id.
 
-    Also returned are the ids of relations and ways whose outlines are not closed, as at the edges of cut-outs. Raises
-    InputError if the file is damaged or incomplete.
+    Also returned are the ids of relations and ways whose outlines are not closed, as at the edges of cut-outs: such
+    relations may have no ring. Raises InputError if the file is damaged or incomplete.
     """
     wanted = osmium.filter.TagFilter(*keys) if isinstance(keys, tuple) else osmium.filter.KeyFilter(*sorted(keys))
     ways: dict[int, tuple[list[int], dict[str, str]]] = {}
@@ -63,12 +64,11 @@ def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawAr
             open_ones.append(f"way/{number}")
     for number in sorted(relations):
         members, tags = relations[number]
-        outer, outer_whole = _rings(lines[way] for way in members["outer"] if way in lines)
-        inner, _ = _rings(lines[way] for way in members["inner"] if way in lines)
-        if not outer_whole or not outer or any(way not in lines for way in members["outer"]):
+        outer, outer_left = _rings(lines[way] for way in members["outer"] if way in lines)
+        inner, inner_left = _rings(lines[way] for way in members["inner"] if way in lines)
+        if outer_left or not outer or any(way not in lines for way in members["outer"]):
             open_ones.append(f"relation/{number}")
-        if outer:
-            areas.append(RawArea(f"relation/{number}", outer, inner, tags))
+        areas.append(RawArea(f"relation/{number}", outer, inner, tags, outer_left + inner_left))
     return areas, open_ones
 
 
@@ -88,6 +88,27 @@ def places_of(refs: Sequence[int], nodes: RawNodes, least: int = 3) -> FloatArra
     if len(ids) < least or not len(nodes.ids) or (nodes.ids[at] != ids).any():
         return None
     return np.column_stack([nodes.lon_deg[at], nodes.lat_deg[at]])
+
+
+def known_pieces(refs: Sequence[int], nodes: RawNodes) -> list[FloatArray]:
+    """Return the pieces of a line whose nodes are all known, as longitude and latitude, (n, 2), degrees."""
+    ids = np.array(refs, np.int64)
+    border = np.flatnonzero(np.diff(np.isin(ids, nodes.ids))) + 1
+    pieces = (places_of(piece.tolist(), nodes, least=2) for piece in np.split(ids, border))
+    return [piece for piece in pieces if piece is not None]
+
+
+def read_bounds(file: OsmFile) -> tuple[float, float, float, float] | None:
+    """Return the rectangle that a file says it was cut to: west, south, east, north, degrees; None without any.
+
+    `InputError` if the file is damaged.
+    """
+    with readable(file), osmium.io.Reader(handle(file), osmium.osm.NOTHING) as reader:
+        box = reader.header().box()
+        if not box.valid():
+            return None
+        low, high = box.bottom_left, box.top_right
+        return low.lon, low.lat, high.lon, high.lat
 
 
 def read_lines(file: OsmFile, tags: Tags) -> list[tuple[int, ...]]:
@@ -114,10 +135,9 @@ def _read_lines(file: OsmFile, wanted: AbstractSet[int]) -> dict[int, Sequence[i
     return lines
 
 
-def _rings(lines: Iterable[Sequence[int]]) -> tuple[tuple[tuple[int, ...], ...], bool]:
-    """Join lines at their ends to rings; return these and whether nothing was left over."""
-    rings, left = [], [list(line) for line in lines if len(line) > 1]
-    whole = True
+def _rings(lines: Iterable[Sequence[int]]) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]:
+    """Join lines at their ends to rings; return these, and the lines that are left over."""
+    rings, rest, left = [], [], [list(line) for line in lines if len(line) > 1]
     while left:
         ring = left.pop(0)
         while ring[0] != ring[-1]:
@@ -129,5 +149,5 @@ def _rings(lines: Iterable[Sequence[int]]) -> tuple[tuple[tuple[int, ...], ...],
         if ring[0] == ring[-1] and len(ring) >= _LEAST_NODES:
             rings.append(tuple(ring[:-1]))
         else:
-            whole = False
-    return tuple(rings), whole
+            rest.append(tuple(ring))
+    return tuple(rings), tuple(rest)

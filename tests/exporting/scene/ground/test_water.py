@@ -7,7 +7,7 @@ import pytest
 from ground_cases import areas, straight, strips
 
 from osm2xodr.exporting.scene.model import RoadSurface
-from osm2xodr.model import FloatArray, Water, WaterArea
+from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
 from osm2xodr.opendrive import Frame, Header, frame_of
 
 pytest.importorskip("shapely")
@@ -18,6 +18,7 @@ from osm2xodr.exporting.scene.roads import rim_of
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
 BOX = np.array([[0.0, -100.0], [200.0, 100.0]])
+ON_LAND = np.array([[100.0, -90.0], [100.0, 100.0]])
 
 
 def frame() -> Frame:
@@ -36,7 +37,7 @@ def rectangle(west: float, south: float, east: float, north: float) -> FloatArra
 
 
 def shapes(water: Water) -> WaterShapes:
-    return water_shapes(water, frame(), BOX)
+    return water_shapes(water, frame(), BOX, ON_LAND)
 
 
 def found_at(water: Water, *at: tuple[float, float]) -> list[bool]:
@@ -63,6 +64,31 @@ def test_lakes_have_islands() -> None:
     assert found_at(Water((lake,)), (20.0, 0.0), (50.0, 0.0), (120.0, 0.0)) == [True, False, False]
 
 
+def test_lakes_beyond_the_roads_are_left_out() -> None:
+    lake = WaterArea("way/1", rectangle(5000.0, 0.0, 5100.0, 50.0), ())
+    found = shapes(Water((lake,)))
+    assert found.areas == ()
+    levels, _ = levelled(found, lambda x, y: np.zeros(len(x)))
+    assert len(levels.levels) == 0
+
+
+def test_rivers_that_are_cut_are_closed_at_the_bounds_of_the_file() -> None:
+    shores = places((-900.0, 40.0), (900.0, 40.0)), places((-900.0, 80.0), (900.0, 80.0))
+    river = OpenWater("relation/1", shores, ())
+    fork = OpenWater("relation/2", (places((100.0, 0.0), (100.0, 1.0)),), ())
+    far = OpenWater("relation/3", (places((0.0, 5000.0), (100.0, 5000.0)),), ())
+    west, south, east, north = places((20.0, -500.0), (180.0, 500.0)).ravel().tolist()
+    at = ((100.0, 60.0), (0.0, 60.0), (100.0, 20.0), (100.0, 90.0))
+    cut = Water(open_areas=(river, fork, far), bounds=(west, south, east, north))
+    assert found_at(cut, *at) == [True, False, False, False]
+    assert (shapes(cut).closed, shapes(cut).left_out) == (("relation/1",), ("relation/2",))
+    # Without bounds, or with wide ones, up to where the ground ends.
+    for bounds in (None, (-180.0, -90.0, 180.0, 90.0)):
+        assert found_at(Water(open_areas=(river,), bounds=bounds), *at) == [True, True, False, False]
+    elsewhere = Water(open_areas=(river,), bounds=(0.0, 0.0, 1.0, 1.0))
+    assert (shapes(elsewhere).areas, shapes(elsewhere).left_out) == ((), ())
+
+
 def test_lakes_and_the_sea_are_level_and_rivers_fall() -> None:
     lake = WaterArea("way/1", rectangle(0.0, 0.0, 100.0, 40.0), ())
     river = WaterArea("way/2", rectangle(0.0, -40.0, 200.0, -20.0), ())
@@ -71,7 +97,7 @@ def test_lakes_and_the_sea_are_level_and_rivers_fall() -> None:
     def height(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.where(y > 80.0, 0.1 * x, np.where(y < 0.0, 10.0 + 0.1 * x, 5.0 + np.sin(x) * np.cos(y)))
 
-    water, known = levelled(shapes(Water((lake, river), (coast[::-1].copy(),))), height)
+    water, known = levelled(shapes(Water((lake, river), coastlines=(coast[::-1].copy(),))), height)
     assert water.seas == 1
     assert water.levels[1] == pytest.approx(5.0, abs=0.1)
     assert np.isnan(water.levels[2])

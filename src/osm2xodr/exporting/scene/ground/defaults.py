@@ -48,3 +48,8 @@ LEAST_AREA: Final = 1e-6
 # the places are whose heights are looked at, m. Choices: coarse models err by 1 to 2 m on water.
 WATER_LEVEL_SPREAD: Final = 4.0
 WATER_SAMPLE: Final = 20.0
+# How far beside shores it is looked which area is there, m.
+BESIDE_SHORE: Final = 0.05
+# Shores that are not whole are closed if at most this share of the roads on the ground comes to lie in water: maps
+# have bridges without tags, and quays drawn to the metre. A choice.
+MOST_DROWNED: Final = 0.02

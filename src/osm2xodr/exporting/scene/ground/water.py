@@ -11,15 +11,16 @@ import numpy as np
 import shapely
 
 from osm2xodr.exporting.scene.ground.covers import Height
-from osm2xodr.exporting.scene.ground.defaults import REACH, WATER_LEVEL_SPREAD, WATER_SAMPLE
+from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, REACH, WATER_LEVEL_SPREAD, WATER_SAMPLE
+from osm2xodr.exporting.scene.ground.open_water import closed_water
 from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
 
-# How far beside a line of the coast it is looked which area is there, m.
-_BESIDE: Final = 0.05
-# How far ends of the coast lie within the rectangle whose sides they are joined to, m.
+# Corners along the northern and southern side of a rectangle of longitude and latitude, which is bent.
+_SIDE: Final = 16
+# How far ends of coasts, and of shores in files without bounds, lie within the rectangle to whose sides they go, m.
 _MARGIN: Final = 50.0
 # Lower steps between water and land are none, m.
 _LEAST_WALL: Final = 0.01
@@ -32,6 +33,9 @@ class WaterShapes:
     areas: tuple[Any, ...] = ()
     seas: int = 0  # How many of them, the first ones, are the sea
     levels: FloatArray = field(default_factory=lambda: np.zeros(0))  # Of each area, m; NaN where it is not level
+    # OSM ids of areas whose outline is not whole in the file: those closed along the side, and those left out
+    closed: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @cached_property
     def union(self) -> Any:
@@ -55,9 +59,9 @@ class WaterShapes:
         return out
 
 
-def water_shapes(water: Water, frame: Frame, vertices: FloatArray) -> WaterShapes:
-    """Return the water around roads, whose surface has `vertices`, (n, 2 or 3), m."""
-    low, high = vertices[:, :2].min(0) - 2.0 * REACH, vertices[:, :2].max(0) + 2.0 * REACH
+def water_shapes(water: Water, frame: Frame, roads: FloatArray, on_land: FloatArray) -> WaterShapes:
+    """Return the water around roads, whose surface has vertices (n, 2 or 3), m, some of them on land (n, 2 or 3)."""
+    low, high = roads[:, :2].min(0) - 2.0 * REACH, roads[:, :2].max(0) + 2.0 * REACH
     box = shapely.box(*low, *high)
     coast = _sea(_places(water.coastlines, frame), box)
     sea = [part for shape in coast for part in polygons_of(shapely.intersection(shape, box))]
@@ -67,9 +71,54 @@ def water_shapes(water: Water, frame: Frame, vertices: FloatArray) -> WaterShape
         if not all(np.isfinite(ring).all() for ring in (outline, *holes)):
             continue
         inland += polygons_of(shapely.intersection(area_of(outline, holes)[0], box))
+    more, closed, left_out = _open_areas(water, frame, box, on_land[:, :2])
+    inland += more
     for part in (*sea, *inland):
         shapely.prepare(part)
-    return WaterShapes((*sea, *inland), len(sea))
+    return WaterShapes((*sea, *inland), len(sea), closed=closed, left_out=left_out)
+
+
+def _open_areas(
+    water: Water, frame: Frame, box: Any, on_land: FloatArray
+) -> tuple[list[Any], tuple[str, ...], tuple[str, ...]]:
+    """Return the water in a rectangle of areas that are not whole, and the ids of those closed and left out."""
+    if not water.open_areas:
+        return [], (), ()
+    known = box if water.bounds is None else _within(box, water.bounds, frame)
+    found, closed, left_out = list[Any](), list[str](), list[str]()
+    for area in water.open_areas:
+        rings = _places((*area.lines, *area.holes), frame)
+        lines, holes = rings[: len(area.lines)], rings[len(area.lines) :]
+        if not all(np.isfinite(ring).all() for ring in rings):
+            left_out.append(area.osm_id)
+            continue
+        if water.bounds is None:
+            around = shapely.box(*shapely.total_bounds(shapely.linestrings(np.concatenate(lines))))
+            known = shapely.intersection(box, around.buffer(_MARGIN, join_style="mitre"))
+        if known.is_empty:
+            continue
+        shape = closed_water(lines, known, on_land)
+        if shape is None:
+            left_out.append(area.osm_id)
+            continue
+        for hole in holes:
+            shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
+        parts = polygons_of(shape)
+        found += parts
+        closed += [area.osm_id] if parts else []
+    return found, tuple(closed), tuple(left_out)
+
+
+def _within(box: Any, bounds: tuple[float, float, float, float], frame: Frame) -> Any:
+    """Return what of a rectangle in inertial x, y, m, is within bounds of longitude and latitude, degrees."""
+    corners = np.column_stack(frame.to_geographic(*shapely.get_coordinates(box).T))
+    west, south = np.maximum(corners.min(0), bounds[:2])
+    east, north = np.minimum(corners.max(0), bounds[2:])
+    if not (west < east and south < north):
+        return shapely.Polygon()
+    lon = np.concatenate([np.linspace(west, east, _SIDE), np.linspace(east, west, _SIDE)])
+    xy = np.column_stack(frame.to_inertial(lon, np.repeat([south, north], _SIDE)))
+    return shapely.intersection(box, shapely.Polygon(xy))
 
 
 def _places(rings: Sequence[FloatArray], frame: Frame) -> list[FloatArray]:
@@ -104,7 +153,7 @@ def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
     )
     length = np.hypot(*(b - a).T)
     a, b, length = a[length > 0.0], b[length > 0.0], length[length > 0.0]
-    right = np.column_stack([(b - a)[:, 1], (a - b)[:, 0]]) * (_BESIDE / length)[:, None]
+    right = np.column_stack([(b - a)[:, 1], (a - b)[:, 0]]) * (BESIDE_SHORE / length)[:, None]
     tree, share = shapely.STRtree(areas), np.zeros(len(areas))
     for way in (1.0, -1.0):
         at, area = tree.query(shapely.points(0.5 * (a + b) + way * right), predicate="intersects")
