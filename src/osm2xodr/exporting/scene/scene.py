@@ -49,6 +49,8 @@ def make_scene(
     height: Height | None,
     surroundings: tuple[Surroundings, Frame] | None,
     tile: float,
+    *,
+    coarse_ground: bool = False,
 ) -> Scene:
     """Return the scene of a file.
 
@@ -65,6 +67,8 @@ def make_scene(
         Buildings and water, and what turns their places into inertial ones; None for none.
     tile
         Width of tiles, m.
+    coarse_ground
+        Whether the ground has its coarsest level of detail alone.
 
     Raises
     ------
@@ -76,7 +80,7 @@ def make_scene(
     if surroundings is not None:
         on_land = surface.vertices[surface.faces[surface.level == Level.GROUND]].mean(1)
         water = water_shapes(surroundings[0].water, surroundings[1], surface.vertices, on_land)
-    ground = build_ground(surface, rim_of(surface), height, tile, water)
+    ground = build_ground(surface, rim_of(surface), height, tile, water, coarsest_alone=coarse_ground)
     heights = SurfaceHeights(surface)
     found: dict[str, Sequence[Part]] = {
         "roads": surface_parts(surface),

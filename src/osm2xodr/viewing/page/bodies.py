@@ -118,13 +118,10 @@ def _built(
     from osm2xodr.exporting import make_scene, material_of
 
     form = (SAMPLE_TOLERANCE, SAMPLE_STEP) if length <= FINE_TO else (_COARSE_TOLERANCE, _COARSE_STEP)
-    scene = make_scene(file, *form, height, surroundings, _TILE)
+    scene = make_scene(file, *form, height, surroundings, _TILE, coarse_ground=True)
     found: dict[tuple[str, str], list[tuple[FloatArray, IntArray]]] = {}
-    coarsest = max((int(part.detail.max()) for part in scene.parts if part.detail is not None), default=0)
     for part, layer in zip(scene.parts, scene.layers, strict=True):
-        faces = part.faces if part.detail is None else part.faces[part.detail == coarsest]
-        if len(faces):
-            found.setdefault((layer, part.material), []).append((part.vertices, faces))
+        found.setdefault((layer, part.material), []).append((part.vertices, part.faces))
     meshes, places, corners = [], [], []
     for (layer, material), pieces in sorted(found.items()):
         vertices, faces = _joined(pieces)

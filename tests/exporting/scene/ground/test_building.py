@@ -266,6 +266,14 @@ def test_the_ground_ends_at_a_smooth_line_around_roads(angle: float) -> None:
         assert away.min() >= 100.0 - 2.0 * size**2 / (8.0 * 100.0) - 0.1
 
 
+def test_the_coarsest_ground_alone_is_the_same() -> None:
+    surface = strips(straight(LONG))
+    whole = build_ground(surface, rim_of(surface), plane(10.0), 500.0)
+    alone = build_ground(surface, rim_of(surface), plane(10.0), 500.0, coarsest_alone=True)
+    np.testing.assert_array_equal(triangles(alone, 2), triangles(whole, 2))
+    assert [part.detail.max() for part in alone.parts if part.detail is not None] == [2]
+
+
 def test_gaps_of_the_elevation_model_are_closed_smoothly() -> None:
     def damaged(x: FloatArray, y: FloatArray) -> FloatArray:
         gap = (np.abs(x - 120.0) < 30.0) & (np.abs(y - 50.0) < 30.0)

@@ -55,14 +55,20 @@ class Ground:
 
 
 def build_ground(
-    surface: RoadSurface, rim: Rim, height: Height | None, tile: float, water: WaterShapes | None = None
+    surface: RoadSurface,
+    rim: Rim,
+    height: Height | None,
+    tile: float,
+    water: WaterShapes | None = None,
+    *,
+    coarsest_alone: bool = False,
 ) -> Ground:
     """Return the ground that meets the edges of roads.
 
     `height` gives the elevation model's heights at inertial x, y (n,), m, NaN where it has none; without it the
     ground is a strip beside the roads at their height. Levels of detail have the same corners at the borders of
-    tiles, whose width is `tile`, m, a multiple of 20. Where there is `water` it is level. `InputError` if the roads
-    span too much for the memory.
+    tiles, whose width is `tile`, m, a multiple of 20. Where there is `water` it is level. Other levels of detail than
+    the coarsest one are left out with `coarsest_alone`. `InputError` if the roads span too much for the memory.
     """
     known = _nothing if height is None else height
     if water is not None:
@@ -91,7 +97,7 @@ def build_ground(
     steep = _steep(vertices[band])
     parts = []
     within = np.concatenate([np.full(len(points), REACH), inside.ravel()])
-    for detail in range(DETAILS):
+    for detail in range(DETAILS - 1 if coarsest_alone else 0, DETAILS):
         leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
         faces = np.concatenate([band[~steep], leaves])
         parts += _land_and_water(*cut_at_outline(vertices, faces, within), water, detail)
