@@ -68,7 +68,7 @@ def test_lakes_beyond_the_roads_are_left_out() -> None:
     lake = WaterArea("way/1", rectangle(5000.0, 0.0, 5100.0, 50.0), ())
     found = shapes(Water((lake,)))
     assert found.areas == ()
-    levels, _ = levelled(found, lambda x, y: np.zeros(len(x)))
+    levels, _ = levelled(found, lambda x, y: np.zeros(len(x)), np.zeros((0, 3)))
     assert len(levels.levels) == 0
 
 
@@ -97,7 +97,7 @@ def test_lakes_and_the_sea_are_level_and_rivers_fall() -> None:
     def height(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.where(y > 80.0, 0.1 * x, np.where(y < 0.0, 10.0 + 0.1 * x, 5.0 + np.sin(x) * np.cos(y)))
 
-    water, known = levelled(shapes(Water((lake, river), coastlines=(coast[::-1].copy(),))), height)
+    water, known = levelled(shapes(Water((lake, river), coastlines=(coast[::-1].copy(),))), height, np.zeros((0, 3)))
     assert water.seas == 1
     assert water.levels[1] == pytest.approx(5.0, abs=0.1)
     assert np.isnan(water.levels[2])
@@ -106,6 +106,24 @@ def test_lakes_and_the_sea_are_level_and_rivers_fall() -> None:
     np.testing.assert_allclose(known(x, y), [water.levels[1]] * 2 + [15.0, 25.0] + [water.levels[0]] * 2)
     # Beside water the ground is what it was.
     assert known(np.array([150.0]), np.array([20.0])) == height(np.array([150.0]), np.array([20.0]))
+
+
+@pytest.mark.parametrize(
+    ("road", "level"),
+    [
+        ((50.0, -1.0, 8.0), 7.8),  # Lower than the lake, at its shore
+        ((50.0, -3.0, 8.0), 10.0),  # Farther from it
+        ((50.0, -1.0, 12.0), 10.0),  # Higher
+        ((50.0, -1.0, 4.0), 10.0),  # In a cutting
+    ],
+)
+def test_lakes_are_no_higher_than_roads_at_their_shore(road: tuple[float, float, float], level: float) -> None:
+    lake = WaterArea("way/1", rectangle(0.0, 0.0, 100.0, 40.0), ())
+    coast = places((300.0, 80.0), (-100.0, 80.0))
+    water = shapes(Water((lake,), coastlines=(coast,)))
+    found, _ = levelled(water, lambda x, y: np.full(len(x), 10.0), np.array([road, (50.0, 81.0, 7.0)]))
+    # The sea stays where it is.
+    assert found.levels == pytest.approx([10.0, level])
 
 
 def made(surface: RoadSurface, height: Height, water: WaterShapes | None) -> Ground:

@@ -72,7 +72,8 @@ def build_ground(
     """
     known = _nothing if height is None else height
     if water is not None:
-        water, known = levelled(water, known)
+        beside = surface.vertices[np.unique(rim.edges[rim.beyond == Level.GROUND])]
+        water, known = levelled(water, known, beside)
     points, edges = _edge_points(surface, rim, known)
     points, edges, row = planar_edges(points, edges)
     beyond = rim.beyond[row]

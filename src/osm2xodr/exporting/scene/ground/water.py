@@ -11,7 +11,15 @@ import numpy as np
 import shapely
 
 from osm2xodr.exporting.scene.ground.covers import Height
-from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, REACH, WATER_LEVEL_SPREAD, WATER_SAMPLE
+from osm2xodr.exporting.scene.ground.defaults import (
+    AT_SHORE,
+    BESIDE_SHORE,
+    MOST_LOWERED,
+    REACH,
+    WATER_BELOW_ROADS,
+    WATER_LEVEL_SPREAD,
+    WATER_SAMPLE,
+)
 from osm2xodr.exporting.scene.ground.open_water import closed_water
 from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
@@ -161,13 +169,21 @@ def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
     return list(areas[share > 0.0])
 
 
-def levelled(shapes: WaterShapes, height: Height) -> tuple[WaterShapes, Height]:
+def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> tuple[WaterShapes, Height]:
     """Return areas of water with their levels, and heights of the ground with water level.
 
-    Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is.
+    Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is. Level inland
+    water is lower than what lies `beside` it: places of roads on the ground, (n, 3), m.
     """
     spread = [np.inf if row < shapes.seas else WATER_LEVEL_SPREAD for row in range(len(shapes.areas))]
     levels = np.array([_level(area, height, most) for area, most in zip(shapes.areas, spread, strict=True)])
+    inland = np.array(shapes.areas[shapes.seas :], object)
+    row, at = shapely.STRtree(shapely.points(beside[:, :2])).query(inland, "dwithin", distance=AT_SHORE)
+    most = np.full(len(levels), np.inf)
+    z = beside[at, 2] - WATER_BELOW_ROADS
+    kept = z > levels[shapes.seas + row] - MOST_LOWERED
+    np.minimum.at(most, shapes.seas + row[kept], z[kept])
+    levels = np.minimum(levels, most)
 
     def out(x: FloatArray, y: FloatArray) -> FloatArray:
         level = np.append(levels, np.nan)[shapes.found_at(x, y)]
