@@ -500,7 +500,7 @@ def test_scenes_that_take_long_are_made_on_request_alone(tmp_path: Path) -> None
         make_report(further, ReportOptions(check=False, scene=True), Diagnostics())
 
 
-def broken(*_: object) -> None:
+def broken(*_: object, **__: object) -> None:
     """Fail as geometry of damaged files does."""
     raise type("GEOSException", (Exception,), {})("torn")
 
