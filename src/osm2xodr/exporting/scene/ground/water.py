@@ -172,17 +172,21 @@ def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
 def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> tuple[WaterShapes, Height]:
     """Return areas of water with their levels, and heights of the ground with water level.
 
-    Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is. Level inland
+    Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is. Level
     water is lower than what lies `beside` it: places of roads on the ground, (n, 3), m.
     """
     spread = [np.inf if row < shapes.seas else WATER_LEVEL_SPREAD for row in range(len(shapes.areas))]
     levels = np.array([_level(area, height, most) for area, most in zip(shapes.areas, spread, strict=True)])
-    inland = np.array(shapes.areas[shapes.seas :], object)
-    row, at = shapely.STRtree(shapely.points(beside[:, :2])).query(inland, "dwithin", distance=AT_SHORE)
-    most = np.full(len(levels), np.inf)
+    row, at = shapely.STRtree(shapely.points(beside[:, :2])).query(
+        np.array(shapes.areas, object), "dwithin", distance=AT_SHORE
+    )
     z = beside[at, 2] - WATER_BELOW_ROADS
-    kept = z > levels[shapes.seas + row] - MOST_LOWERED
-    np.minimum.at(most, shapes.seas + row[kept], z[kept])
+    most = np.full(len(levels), np.inf)
+    if (row < shapes.seas).any():
+        # There is one sea, and models without heights on it know cliffs alone.
+        most[: shapes.seas] = np.percentile(z[row < shapes.seas], 10)
+    kept = (row >= shapes.seas) & (z > levels[row] - MOST_LOWERED)
+    np.minimum.at(most, row[kept], z[kept])
     levels = np.minimum(levels, most)
 
     def out(x: FloatArray, y: FloatArray) -> FloatArray:
