@@ -70,3 +70,14 @@ def test_an_end_may_take_what_the_other_has_not(
     layout = cast("JunctionLayout", SimpleNamespace(trim=np.array([10.0, 8.0]), junction=np.array([0, 1])))
     trim = clear_arms_at_last(ends, layout, cast("RoadParts", None), cast("ConnectingRoads", None))
     assert trim - layout.trim == pytest.approx(given)
+
+
+def test_pieces_are_near_an_arm_where_any_place_on_them_may_be() -> None:
+    """An arm to the east takes places from 2 m behind its end to 40 m ahead, up to 12 m aside; pieces reach 2 m."""
+    one, road = np.ones(1), np.zeros(1, np.int64)
+    arm = overrun_arms._Arms(road, np.zeros(1, bool), 2 * one, -2 * one, 0 * one, 0 * one, one, 0 * one)
+    x = np.array([-1.9, -3.9, -4.1, 39.9, 41.9, 42.1, 5.0, 5.0, 5.0])
+    y = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -11.9, 13.9, 14.1])
+    pair = np.zeros(len(x), np.int64)
+    assert arm.near(pair, x, y, 2 * one).tolist() == [0, 3, 6]
+    assert arm.near(pair, x, y, 2 * one, 2.0).tolist() == [0, 1, 3, 4, 6, 7]

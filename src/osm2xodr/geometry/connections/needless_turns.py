@@ -65,26 +65,35 @@ class _Graph:
     """Where cars get from road end to road end."""
 
     def __init__(self, connecting: ConnectingRoads, parts: RoadParts) -> None:
-        self._parts = parts
         self._connecting = connecting
         self._street = lengths(parts.fitted.plan_view)[parts.street]
+        far = np.arange(2 * len(parts.length)) ^ 1
+        link = parts.end_link.ravel()[far]
+        # By road end: the far end of the road that begins there, and of the one that touches it, and the way there, m
+        self._other_end: list[int] = np.where(link >= 0, link ^ 1, far).tolist()
+        beyond = np.where(link >= 0, parts.length[link // 2], 0.0)
+        self._length: list[float] = (parts.length[far // 2] + beyond).tolist()
+        row = np.flatnonzero(connecting.for_vehicles())
+        item, length = connecting, connecting.length[row] + np.array(self._length)[connecting.exit[row]]
+        columns = row, item.entry[row], item.entry_lane[row], item.exit[row], item.exit_lane[row], length
         self._rows: dict[tuple[int, int], set[int]] = defaultdict(set)
         self._at_lane: dict[tuple[int, int, bool], int] = defaultdict(int)
-        for row in np.flatnonzero(connecting.for_vehicles()).tolist():
-            self._rows[int(connecting.entry[row]), int(connecting.exit[row])].add(row)
-            for lane in self._lanes(row):
-                self._at_lane[lane] += 1
         self._onward: _Ways = defaultdict(dict)
         self._before: _Ways = defaultdict(dict)
-        for entry, exit_ in self._rows:
-            self._link(entry, exit_)
+        for number, entry, entry_lane, exit_, exit_lane, run in zip(*(c.tolist() for c in columns), strict=True):
+            rows, reached = self._rows[entry, exit_], self._other_end[exit_]
+            if not rows:
+                self._onward[entry][reached] = self._before[reached][entry] = run
+            rows.add(number)
+            self._at_lane[entry, entry_lane, True] += 1
+            self._at_lane[exit_, exit_lane, False] += 1
 
     def leave_out(self, row: int) -> bool:
         """Leave out a turn if nobody needs it, and say whether that is so."""
         pair = int(self._connecting.entry[row]), int(self._connecting.exit[row])
         if self._rows[pair] != {row} or any(self._at_lane[lane] < 2 for lane in self._lanes(row)):
             return False
-        entry, reached = pair[0], self._other_end(pair[1])
+        entry, reached = pair[0], self._other_end[pair[1]]
         there = self._onward[entry].pop(reached)
         del self._before[reached][entry]
         ways = self._ways_over(entry, reached, there)
@@ -101,22 +110,6 @@ class _Graph:
             (int(item.entry[row]), int(item.entry_lane[row]), True),
             (int(item.exit[row]), int(item.exit_lane[row]), False),
         )
-
-    def _link(self, entry: int, exit_: int) -> None:
-        row = min(self._rows[entry, exit_])
-        reached, length = self._other_end(exit_), float(self._connecting.length[row]) + self._length(exit_)
-        self._onward[entry][reached] = self._before[reached][entry] = length
-
-    def _other_end(self, end: int) -> int:
-        """Return the far end of the road that begins at an end, and of the one that touches it there."""
-        far = end ^ 1
-        link = int(self._parts.end_link.ravel()[far])
-        return link ^ 1 if link >= 0 else far
-
-    def _length(self, end: int) -> float:
-        link = int(self._parts.end_link.ravel()[end ^ 1])
-        roads = [end // 2, link // 2] if link >= 0 else [end // 2]
-        return sum(float(self._parts.length[road]) for road in roads)
 
     def _in_place(self, end: int) -> bool:
         """Say whether a road is part of a short street."""
@@ -144,7 +137,7 @@ class _Graph:
             if end in seen:
                 continue
             seen.add(end)
-            if not self._in_place(end) or self._length(end ^ 1) >= _NOBODY_STARTS or not ways[end]:
+            if not self._in_place(end) or self._length[end ^ 1] >= _NOBODY_STARTS or not ways[end]:
                 out[end] = run
                 continue
             for other, step in ways[end].items():

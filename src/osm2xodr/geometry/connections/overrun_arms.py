@@ -6,6 +6,7 @@ of a bend from arm to arm, or where they swing out. What they cover belongs to t
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from itertools import chain
 from typing import Final
 
@@ -22,6 +23,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Ways are looked at at places this far apart, m.
 _SPACING: Final = 1.0
+# Pieces of ways, at most this long, m, are first looked at as a whole. A choice, for speed alone.
+_PIECE: Final = 4.0
 # They run over an arm where their lane reaches farther into its carriageway than this, m, farther out than the first
 # and not as far as the second of these, m. Choices.
 _OVERLAP: Final = 0.3
@@ -146,46 +149,79 @@ def _others(
     return row[keep], arm[keep], np.where(level, _FARTHEST, _AT_JUNCTION)[keep]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arms:
+    """Arms seen from their junction, one for each pair with a way, (n,)."""
+
+    road: IntArray
+    at_end: BoolArray  # Whether the junction is at the road's end
+    # Edges of the carriageway there, t, m
+    left: FloatArray
+    right: FloatArray
+    # Where the road ends, local, m, and the way outwards
+    x: FloatArray
+    y: FloatArray
+    cos: FloatArray
+    sin: FloatArray
+
+    @classmethod
+    def of(cls, parts: RoadParts, end: IntArray) -> _Arms:
+        """Return the arms at road ends, (n,)."""
+        end, each = np.unique(end, return_inverse=True)
+        road, at_end = end // 2, end % 2 == 1
+        sections = [parts.at_end(number).section for number in end.tolist()]
+        left, right = np.array([(section.left_edge, section.right_edge) for section in sections]).reshape(-1, 2).T
+        x, y, hdg = pose(parts.plan_view, road, np.where(at_end, parts.length[road], 0.0))
+        hdg = hdg + np.where(at_end, np.pi, 0.0)
+        return cls(road, at_end, left, right, x, y, np.cos(hdg), np.sin(hdg)).chosen(each)
+
+    def chosen(self, rows: IntArray) -> _Arms:
+        """Return some of them."""
+        return _Arms(*(getattr(self, item.name)[rows] for item in fields(_Arms)))
+
+    def near(self, pair: IntArray, x: FloatArray, y: FloatArray, reach: FloatArray, more: float = 0.0) -> IntArray:
+        """Return which places lie ahead of the road end of their pair and not far aside, or nearly so.
+
+        `reach`, (n,), is that of each pair, and `more` is how far out of there they may be, all m.
+        """
+        dx, dy, cos, sin = x - self.x[pair], y - self.y[pair], self.cos[pair], self.sin[pair]
+        reach = reach[pair] + more
+        ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+        return np.flatnonzero((ahead > -reach) & (ahead < _FARTHEST + more) & (np.abs(aside) < reach + _BEND))
+
+
 def _overrun(
     parts: RoadParts, connecting: ConnectingRoads, row: IntArray, arm: IntArray
 ) -> tuple[IntArray, FloatArray]:
     """Return for each place of a way on the arm of its pair the pair, and how far from the arm's end it lies, m."""
-    count = np.maximum((connecting.length / _SPACING).astype(np.int64), 1)
-    curve = np.repeat(np.arange(len(count)), count)
-    x, y, hdg = pose(connecting.plan_view, curve, (ranks(count) + 0.5) * (connecting.length / count)[curve])
-    start = np.cumsum(count) - count
-    pair = np.repeat(np.arange(len(row)), count[row])
-    place = start[row][pair] + ranks(count[row])
-    half = np.maximum(connecting.entry_width, connecting.exit_width)[row][pair] / 2 - _OVERLAP
-    end = parts.road_end[arm]
-    sections = {number: parts.at_end(number).section for number in np.unique(end).tolist()}
-    right, left = np.array([(sections[k].right_edge, sections[k].left_edge) for k in end.tolist()]).T
-    road = end // 2
-    at_end = end % 2 == 1
-    near = _near(parts, road, at_end, pair, x[place], y[place], half + np.maximum(left, -right)[pair])
+    arms = _Arms.of(parts, parts.road_end[arm])
+    half = np.maximum(connecting.entry_width, connecting.exit_width)[row] / 2 - _OVERLAP
+    reach = half + np.maximum(arms.left, -arms.right)
+    # Most ways keep off the arm. No place is farther from the middle of its piece than half of its length.
+    piece, x, y, _ = _places(connecting, row, (connecting.length / _PIECE).astype(np.int64) + 1)
+    close = np.unique(piece[arms.near(piece, x, y, reach, _PIECE / 2)])
+    arms, half, reach = arms.chosen(close), half[close], reach[close]
+    pair, x, y, hdg = _places(connecting, row[close], np.maximum((connecting.length / _SPACING).astype(np.int64), 1))
+    near = arms.near(pair, x, y, reach)
     # Both edges of the lane and its middle
-    pair, place = np.repeat(pair[near], 3), np.repeat(place[near], 3)
-    aside = (half[near][:, None] * np.array([-1.0, 0.0, 1.0])).ravel()
-    x, y = x[place] - aside * np.sin(hdg[place]), y[place] + aside * np.cos(hdg[place])
-    s, t, distance = project(parts.plan_view, road[pair], x, y)
-    out = np.where(at_end[pair], parts.length[road[pair]] - s, s)
-    on = (t < left[pair]) & (t > right[pair]) & (distance < np.abs(t) + 1e-3)
+    pair, x, y, hdg = (np.repeat(column[near], 3) for column in (pair, x, y, hdg))
+    aside = half[pair] * np.tile([-1.0, 0.0, 1.0], len(near))
+    x, y = x - aside * np.sin(hdg), y + aside * np.cos(hdg)
+    road = arms.road[pair]
+    s, t, distance = project(parts.plan_view, road, x, y)
+    out = np.where(arms.at_end[pair], parts.length[road] - s, s)
+    on = (t < arms.left[pair]) & (t > arms.right[pair]) & (distance < np.abs(t) + 1e-3)
     on &= (out > _FIRST) & (out < _FARTHEST)
-    return pair[on], out[on]
+    return close[pair[on]], out[on]
 
 
-def _near(
-    parts: RoadParts,
-    road: IntArray,
-    at_end: BoolArray,
-    pair: IntArray,
-    x: FloatArray,
-    y: FloatArray,
-    reach: FloatArray,
-) -> IntArray:
-    """Return which places lie ahead of the road end of their pair and not far aside."""
-    px, py, hdg = pose(parts.plan_view, road, np.where(at_end, parts.length[road], 0.0))
-    hdg = hdg + np.where(at_end, np.pi, 0.0)
-    dx, dy, cos, sin = x - px[pair], y - py[pair], np.cos(hdg)[pair], np.sin(hdg)[pair]
-    ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
-    return np.flatnonzero((ahead > -reach) & (ahead < _FARTHEST) & (np.abs(aside) < reach + _BEND))
+def _places(
+    connecting: ConnectingRoads, row: IntArray, count: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Return the middles of `count`, (ways,), equal pieces of each pair's way: the pair, x, y, m, and hdg, rad."""
+    way, each = np.unique(row, return_inverse=True)
+    length, count = connecting.length[way], count[way]
+    one = np.repeat(np.arange(len(way)), count)
+    x, y, hdg = pose(connecting.plan_view, way[one], (ranks(count) + 0.5) * (length / count)[one])
+    pair, place = np.repeat(np.arange(len(row)), count[each]), runs(starts(count)[:-1][each], count[each])
+    return pair, x[place], y[place], hdg[place]
