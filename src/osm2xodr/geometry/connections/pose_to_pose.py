@@ -8,6 +8,7 @@ import numpy as np
 
 from osm2xodr.curves import (
     arc_step,
+    curves_of,
     dubins_curves,
     lengths,
     owners,
@@ -87,7 +88,7 @@ def connect(
     length = np.where(simple[:, None], simple_length, length)
     curvature = np.where(simple[:, None], simple_curvature, curvature)
     x, y, hdg, dx, dy = _starts(x0, y0, hdg0, length, curvature)
-    aside = np.hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
+    missed = np.hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
     straight = np.abs(curvature * length) < _STRAIGHT_BELOW
     hdg = np.where(straight, np.arctan2(dy, dx), hdg)
     length = np.where(straight, np.hypot(dx, dy), length)
@@ -100,17 +101,16 @@ def connect(
     s = np.cumsum(length, axis=1) - length
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
     plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
-    aside |= np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED
-    missed = np.flatnonzero(aside)
-    if not len(missed):
+    missed |= np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED
+    if not missed.any():
         return plan
     x0, y0, hdg0, x1, y1, hdg1 = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
     other = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=CONNECTING_RADIUS)
-    found = lengths(other) > 0
-    bearing = np.arctan2(y1 - y0, x1 - x0)
-    back = connect(x0, y0, bearing, x1, y1, bearing) if not found.all() else other
-    other = replace_curves(other, np.flatnonzero(~found), back, np.flatnonzero(~found))
-    return replace_curves(plan, missed, other, np.arange(len(missed)))
+    along = np.hypot(x1 - x0, y1 - y0)[:, None]
+    lines = curves_of(x0, y0, np.arctan2(y1 - y0, x1 - x0), along, np.zeros_like(along))
+    behind = np.flatnonzero(lengths(other) == 0)
+    other = replace_curves(other, behind, lines, behind)
+    return replace_curves(plan, np.flatnonzero(missed), other, np.arange(len(x0)))
 
 
 def _starts(
