@@ -145,35 +145,17 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     rows = _far_from_their_way(plan, streets)
     if not len(rows):
         return plan
-    back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
-    turns = _Turns(
-        rows=rows,
-        radius=smallest_radius(plan)[rows],
-        longest=np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows)),
-        outside=_outside(plan, rows, streets),
-    )
-    off = streets.beyond(plan, rows, rows)
+    drawing = _Drawing(plan, rows, streets)
     last = np.inf
     for least in _LEAST_RADII:
         # A lower limit allows more only where a direct curve is sharper than the last one.
-        place = np.flatnonzero(_of_same(turns.radius < last, streets.arms[rows]))
-        plan, off = _redrawn(plan, off, turns, place, streets, least)
+        drawing.redraw(least, last)
         last = least
-    return plan
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Turns:
-    """Curves that may leave the carriageways, all (n,)."""
-
-    rows: IntArray  # Their connecting roads
-    radius: FloatArray  # Of the direct curve, m
-    longest: FloatArray  # How long what replaces it may be, m
-    outside: FloatArray  # How far outside the innermost way between the same arms they lie, m
+    return drawing.plan
 
 
 class _Drawing:
-    """The plan while turns are drawn again.
+    """A plan whose curves that may leave the carriageways, the turns, are drawn again.
 
     Attributes
     ----------
@@ -183,12 +165,28 @@ class _Drawing:
         How far the turns leave the carriageways, (n,), m.
     """
 
-    def __init__(
-        self, plan: PlanView, off: FloatArray, turns: _Turns, streets: Carriageways, smallest: FloatArray
-    ) -> None:
-        self.plan, self.off = plan, off.copy()
-        self._turns, self._streets, self._smallest = turns, streets, smallest
-        self._number = streets.arms[turns.rows]
+    def __init__(self, plan: PlanView, rows: IntArray, streets: Carriageways) -> None:
+        back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
+        self.plan, self.off = plan, streets.beyond(plan, rows, rows)
+        self._rows, self._streets = rows, streets
+        self._number = streets.arms[rows]
+        self._radius = smallest_radius(plan)[rows]  # Of the direct curves, m
+        self._least = 0.0  # What is drawn instead has this radius at least, m, or that of the direct curve
+        self._longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))  # And is no longer than this, m
+        self._outside = _outside(plan, rows, streets)  # How far outside the innermost way of their arms, m
+
+    def redraw(self, least: float, sharper: float) -> None:
+        """Draw the turns that leave the carriageways, and whose direct curve is `sharper` than this radius, m.
+
+        Their radius is `least` at least, m, or that of the direct curve.
+        """
+        self._least = least
+        place = self.off_by_more(OFF_CARRIAGEWAY, np.flatnonzero(_of_same(self._radius < sharper, self._number)))
+        self.turn(place, *_RADII)
+        for redraw, limit in _REDRAWINGS:
+            place = self.off_by_more(limit, place)
+            self.draw_if_less(redraw, place)
+        self.turn(self.off_by_more(OFF_CARRIAGEWAY, place), *_SHARPEST, enough=_SHARPEST[0] - 1e-9)
 
     def off_by_more(self, limit: float, place: IntArray) -> IntArray:
         """Return those of some turns that leave the carriageways by more than a limit, m, or lie beside such."""
@@ -200,10 +198,13 @@ class _Drawing:
         None is sharper than its turn may be, unless its radius is `enough`, m. Those between the same arms change
         together. Return which have changed, as positions in `place`.
         """
-        turns, streets, rows, number = self._turns, self._streets, self._turns.rows[place], self._number[place]
-        drawn = redraw(chosen_curves(self.plan, rows), streets.lanes.chosen(rows), turns.outside[place])
-        bad = smallest_radius(drawn) < np.minimum(self._smallest[place], enough)
-        bad |= (lengths(drawn) > turns.longest[place]) | has_kinks(drawn) | detours(drawn)
+        if not len(place):
+            return place
+        streets, rows, number = self._streets, self._rows[place], self._number[place]
+        smallest = np.maximum(self._least, np.minimum(self._radius[place], LEAST_REDRAWN_RADIUS)) - 1e-9
+        drawn = redraw(chosen_curves(self.plan, rows), streets.lanes.chosen(rows), self._outside[place])
+        bad = smallest_radius(drawn) < np.minimum(smallest, enough)
+        bad |= (lengths(drawn) > self._longest[place]) | has_kinks(drawn) | detours(drawn)
         good = np.flatnonzero(~_of_same(bad, number))
         beyond = streets.beyond(drawn, good, rows[good], most[good])
         kept = ~_of_same(beyond > most[good], number[good])
@@ -221,37 +222,12 @@ class _Drawing:
         """Draw turns with the largest radius, m, that keeps them to the carriageways, or with the least of all."""
         place = place[self.draw_if_less(partial(_turned, radius=np.full(len(place), least)), place, enough)]
         place = place[~_of_same(self.off[place] > OFF_CARRIAGEWAY, self._number[place])]
-        lower, upper = np.full(len(place), least), np.full(len(place), largest)
+        lower, upper, most = (np.full(len(place), value) for value in (least, largest, OFF_CARRIAGEWAY))
         for _ in range(rounds):
             radius = np.sqrt(lower * upper)
-            most = np.full(len(place), OFF_CARRIAGEWAY)
             fits = np.zeros(len(place), bool)
             fits[self.draw(partial(_turned, radius=radius), place, most, enough)] = True
             lower, upper = np.where(fits, radius, lower), np.where(fits, upper, radius)
-
-
-def _redrawn(
-    plan: PlanView,
-    off: FloatArray,
-    turns: _Turns,
-    place: IntArray,
-    streets: Carriageways,
-    least: float,
-) -> tuple[PlanView, FloatArray]:
-    """Replace some of the turns that leave the carriageways, by so much, `off` (n,), m; return how far they do then.
-
-    Their radius is `least` at least, m, or that of the direct curve. Those between the same arms change together.
-    """
-    smallest = np.maximum(least, np.minimum(turns.radius, LEAST_REDRAWN_RADIUS)) - 1e-9
-    drawing = _Drawing(plan, off, turns, streets, smallest)
-    place = drawing.off_by_more(OFF_CARRIAGEWAY, place)
-    drawing.turn(place, *_RADII)
-    for redraw, limit in _REDRAWINGS:
-        place = drawing.off_by_more(limit, place)
-        drawing.draw_if_less(redraw, place)
-    place = drawing.off_by_more(OFF_CARRIAGEWAY, place)
-    drawing.turn(place, *_SHARPEST, enough=_SHARPEST[0] - 1e-9)
-    return drawing.plan, drawing.off
 
 
 def _outside(plan: PlanView, rows: IntArray, streets: Carriageways) -> FloatArray:
