@@ -64,12 +64,8 @@ def _continued(shores: Any, area: Any, side: Any) -> Any:
 
 def _parted(faces: Any, lines: Any) -> BoolArray | None:
     """Return the faces on one side of lines, (n,); None if these do not part them in two."""
-    at, row = shapely.get_coordinates(shapely.get_parts(lines), return_index=True)
-    a, b = at[:-1][row[1:] == row[:-1]], at[1:][row[1:] == row[:-1]]
-    length = np.hypot(*(b - a).T)
-    a, b, length = (part[length > BESIDE_SHORE] for part in (a, b, length))
-    off = np.column_stack([(a - b)[:, 1], (b - a)[:, 0]]) * (BESIDE_SHORE / length)[:, None]
-    left, right = (_face_at(faces, 0.5 * (a + b) + way * off) for way in (1.0, -1.0))
+    *sides, length = beside_shores(shapely.get_parts(lines))
+    left, right = (_face_at(faces, xy[length > BESIDE_SHORE]) for xy in sides)
     found = (left >= 0) & (right >= 0) & (left != right)
     left, right, total = left[found], right[found], len(faces)
     # Each face is twice there, as water and as land: what is joined holds together.
@@ -80,6 +76,16 @@ def _parted(faces: Any, lines: Any) -> BoolArray | None:
         return None
     out: BoolArray = group[:total] == 0
     return out
+
+
+def beside_shores(lines: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return places on the left and on the right of the pieces of lines, (n, 2), and the pieces' lengths, (n,), m."""
+    at, row = shapely.get_coordinates(lines, return_index=True)
+    a, b = at[:-1][row[1:] == row[:-1]], at[1:][row[1:] == row[:-1]]
+    length = np.hypot(*(b - a).T)
+    a, b, length = a[length > 0.0], b[length > 0.0], length[length > 0.0]
+    right = np.column_stack([(b - a)[:, 1], (a - b)[:, 0]]) * (BESIDE_SHORE / length)[:, None]
+    return 0.5 * (a + b) - right, 0.5 * (a + b) + right, length
 
 
 def _face_at(faces: Any, xy: FloatArray) -> IntArray:

@@ -13,14 +13,13 @@ import shapely
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
-    BESIDE_SHORE,
     MOST_LOWERED,
     REACH,
     WATER_BELOW_ROADS,
     WATER_LEVEL_SPREAD,
     WATER_SAMPLE,
 )
-from osm2xodr.exporting.scene.ground.open_water import closed_water
+from osm2xodr.exporting.scene.ground.open_water import beside_shores, closed_water
 from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
@@ -156,15 +155,10 @@ def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
         for k in (0, -1)
     ]
     areas = shapely.get_parts(shapely.polygonize([shapely.union_all([*merged, *ends, side])]))
-    a, b = (
-        np.concatenate([shapely.get_coordinates(line)[k] for line in merged]) for k in (slice(-1), slice(1, None))
-    )
-    length = np.hypot(*(b - a).T)
-    a, b, length = a[length > 0.0], b[length > 0.0], length[length > 0.0]
-    right = np.column_stack([(b - a)[:, 1], (a - b)[:, 0]]) * (BESIDE_SHORE / length)[:, None]
+    left, right, length = beside_shores(merged)
     tree, share = shapely.STRtree(areas), np.zeros(len(areas))
-    for way in (1.0, -1.0):
-        at, area = tree.query(shapely.points(0.5 * (a + b) + way * right), predicate="intersects")
+    for places, way in ((right, 1.0), (left, -1.0)):
+        at, area = tree.query(shapely.points(places), predicate="intersects")
         share += way * np.bincount(area, weights=length[at], minlength=len(areas))
     return list(areas[share > 0.0])
 
