@@ -114,7 +114,7 @@ def plan_roads(
     """
     fitted = fit_streets(network, diagnostics)
     if options.plan == SPIRALS:
-        fitted = smooth_streets(network, fitted, chained=not side_by_side)
+        fitted = smooth_streets(network, fitted, chained=not side_by_side, jobs=jobs)
         report_corners(fitted, diagnostics)
     fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)

@@ -14,7 +14,7 @@ from osm2xodr.conventions import SPIRALS
 from osm2xodr.curves import curvature_at, curves_of, lengths, pose, project, smallest_radius, spiral_step
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
-from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view import defaults, smooth_curves as smooth_curves_module
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
 from osm2xodr.geometry.plan_view.smooth_curves import smooth_curves
@@ -129,6 +129,22 @@ def test_a_curve_is_the_same_with_others_in_the_table_and_without() -> None:
     assert found.good.all()
     assert lengths(found.plan_view)[0] == pytest.approx(lengths(alone)[0], abs=1e-9)
     assert found.plan_view.start[1] == len(alone.s)
+
+
+def test_more_processes_find_the_same_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    points, *_ = _clothoid_road(15.0)
+    start, radius = np.arange(4) * len(points), np.full(3, 15.0)
+    moved = [points + 1000.0 * k for k in range(3)]
+    several = fit_polylines(np.concatenate(moved), start, radius).plan_view
+    # Less than one curve, so that each is a block of its own.
+    monkeypatch.setattr(smooth_curves_module, "_BLOCK", 100.0)
+    one, two = (smooth_curves(several, np.zeros((3, 2), bool), jobs=jobs) for jobs in (1, 2))
+    assert one.good.all()
+    assert two.good.all()
+    for item in ("x", "y", "hdg", "length", "curvature", "rate"):
+        assert (getattr(one.plan_view, item) == getattr(two.plan_view, item)).all(), item
+    assert (one.first == two.first).all()
+    assert (one.after == two.after).all()
 
 
 @pytest.mark.parametrize("held", [(True, True), (False, True), (True, False)])

@@ -37,6 +37,7 @@ from osm2xodr.geometry.plan_view.smooth_offsets import (
     smoothest_offsets,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import map_parallel
 
 # An intersection within a curve counts like so many other points. A choice.
 _NODE: Final = 3.0
@@ -86,22 +87,19 @@ class SmoothCurves:
 
 
 def smooth_curves(
-    plan: PlanView, held: BoolArray, nodes: OnCurves = NOWHERE, corners: OnCurves = NOWHERE
+    plan: PlanView, held: BoolArray, nodes: OnCurves = NOWHERE, corners: OnCurves = NOWHERE, jobs: int = 1
 ) -> SmoothCurves:
-    """Return curves of continuous curvature near others.
+    """Return curves of continuous curvature near others, found by so many processes.
 
     Ends stay where they are; those that are `held`, (curves, 2), also keep their headings. Curves pass nearer to
     `nodes`, and have more knots at `corners`.
     """
-    found = [
-        _smooth(
-            chosen_curves(plan, np.arange(*ends)),
-            held[slice(*ends)],
-            _between(nodes, *ends),
-            _between(corners, *ends),
-        )
-        for ends in _blocks(lengths(plan))
-    ]
+
+    def smooth(ends: tuple[int, int]) -> SmoothCurves:
+        block = chosen_curves(plan, np.arange(*ends))
+        return _smooth(block, held[slice(*ends)], _between(nodes, *ends), _between(corners, *ends))
+
+    found = list(map_parallel(smooth, _blocks(lengths(plan)), jobs))
     good, worst, before, after, knots = (
         np.concatenate(items)
         for items in zip(*((k.good, k.worst, k.before, k.after, np.diff(k.first)) for k in found), strict=True)

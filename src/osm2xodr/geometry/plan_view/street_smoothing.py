@@ -76,11 +76,13 @@ class Parts:
 _COLUMNS: Final = tuple(item.name for item in fields(Parts))
 
 
-def smooth_streets(network: StreetNetwork, fitted: FittedStreets, *, chained: bool = True) -> FittedStreets:
+def smooth_streets(
+    network: StreetNetwork, fitted: FittedStreets, *, chained: bool = True, jobs: int = 1
+) -> FittedStreets:
     """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay.
 
     Streets that go on straight through intersections become smooth as one if they are `chained`; else each is the
-    same whatever lies beyond its ends.
+    same whatever lies beyond its ends. So many processes work at once.
     """
     ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
     closed = np.array([street.start < 0 for street in network.streets], bool)
@@ -96,12 +98,12 @@ def smooth_streets(network: StreetNetwork, fitted: FittedStreets, *, chained: bo
     inner = np.flatnonzero((begin > 0.0) & (place[owner] >= 0))
     held = np.repeat(closed[chains.street[chains.first[rows]]], 2).reshape(-1, 2)
     old = chosen_curves(plan, rows)
-    new, places = smooth_parts(old, Parts.whole(old, held), (place[owner[inner]], begin[inner]))
+    new, places = smooth_parts(old, Parts.whole(old, held), (place[owner[inner]], begin[inner]), jobs)
     streets = np.flatnonzero(place[owner] >= 0)
     return _cut_into_streets(fitted, chains, streets, place[owner[streets]], new, places)
 
 
-def smooth_parts(plan: PlanView, parts: Parts, nodes: OnCurves) -> tuple[PlanView, Places]:
+def smooth_parts(plan: PlanView, parts: Parts, nodes: OnCurves, jobs: int = 1) -> tuple[PlanView, Places]:
     """Return curves that are smooth but for corners that cannot be, and places on the old and the new ones."""
     finished: list[tuple[Parts, PlanView]] = []
     ways: dict[tuple[int, float], tuple[FloatArray, FloatArray]] = {}
@@ -113,7 +115,7 @@ def smooth_parts(plan: PlanView, parts: Parts, nodes: OnCurves) -> tuple[PlanVie
         if not len(todo.curve):
             break
         arcs = cut_curves(plan, todo.lo, todo.hi, todo.curve)
-        found = smooth_curves(arcs, todo.held, _within(todo, nodes), _within(todo, corners))
+        found = smooth_curves(arcs, todo.held, _within(todo, nodes), _within(todo, corners), jobs)
         good = np.flatnonzero(found.good)
         finished.append((todo.at(good), chosen_curves(found.plan_view, good)))
         _note_places(todo, found, good, ways)
