@@ -252,7 +252,5 @@ def test_road_networks_are_the_same_with_buildings_in_cuts(tmp_path: Path) -> No
         found.append({path.name: path.read_bytes() for path in out.glob("x*.*")})
     assert len(found[0]) > 4
     assert found[0] == found[1]
-    shown = {
-        item.osm_id for cut in (out / ".cuts").glob("*.osm.pbf") for item in read_surroundings(cut).buildings
-    }
+    shown = {item.osm_id for cut in (out / ".cuts").glob("*.osm.pbf") for item in read_surroundings(cut).buildings}
     assert shown == {"way/10", "way/20", "way/30"}

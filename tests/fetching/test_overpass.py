@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -202,9 +203,14 @@ def test_areas_that_are_too_large_are_refused(server: WebServer, tmp_path: Path)
         fetch_parts(Connection(Network()), (5.0, 45.0, 10.0, 49.0), options)
     assert server.requests == []
     server.serve(API, Reply(COUNT.body.replace(b'"5"', b'"2000000"')))
-    with pytest.raises(InputError, match="the area has 2,000,000 ways and objects, too many for the Overpass API"):
+    text = "the area has 2,000,000 ways and objects, too many for the Overpass API; "
+    with pytest.raises(
+        InputError, match=f"^{text}leave out buildings and water with --no-surroundings, or give a map"
+    ):
         fetch(server, tmp_path)
-    assert len(server.requests) == 1
+    with pytest.raises(InputError, match=f"^{text}give a map with --extract"):
+        fetch_parts(Connection(Network()), ORDINO, replace(options, surroundings=False))
+    assert len(server.requests) == 2
 
 
 def test_a_server_that_never_can(server: WebServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

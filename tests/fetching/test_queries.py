@@ -70,9 +70,9 @@ def test_all_that_scenes_read_is_asked_for() -> None:
 @pytest.mark.parametrize(
     ("box", "near"),
     [
-        ((7.0, 0.0, 7.1, 0.1), "way(r.areas)(-0.0090437,6.9909563,0.1090437,7.1090437);"),
-        ((-179.999, 60.0, 0.0, 89.999), "way(r.areas)(59.9909563,-180,90,"),
-        ((7.0, -60.1, 7.1, -60.0), "way(r.areas)(-60.1090437,6.981"),
+        ((7.0, 0.0, 7.1, 0.1), "way(r.areas)(-0.0089932,6.9910068,0.1089932,7.1089932);"),
+        ((-179.999, 60.0, 0.0, 89.999), "way(r.areas)(59.9910068,-180,90,"),
+        ((7.0, -60.1, 7.1, -60.0), "way(r.areas)(-60.1089932,6.981"),
     ],
 )
 def test_outlines_are_asked_for_a_kilometre_around(box: Box, near: str) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 from osm2xodr.defaults import OUTLINE_REACH
-from osm2xodr.fetching.place import Box
+from osm2xodr.fetching.place import Box, widened
 from osm2xodr.osmParsing import (
     AREA_TYPE,
     RELATION_TYPES,
@@ -24,8 +23,6 @@ _SETTINGS: Final = f"[out:xml][timeout:{QUERY_TIME}][maxsize:{_QUERY_MEMORY}];"
 _EXTRA: Final = frozenset({"lamps", "trees"})
 # Keys of nodes of which only some values are of use, since there are many with others.
 _VALUES: Final = {"natural": "tree"}
-# Least length of a degree of latitude, m (WGS 84, at the equator).
-_DEGREE: Final = 110_574.0
 
 
 def count_query(box: Box, *, surroundings: bool) -> str:
@@ -92,8 +89,4 @@ def _surroundings(kind: str, box: Box) -> str:
 
 def _outlines(box: Box) -> str:
     """Return what asks for the ways of the multipolygons in the set ``areas`` that come with them."""
-    west, south, east, north = box
-    high = OUTLINE_REACH / _DEGREE
-    wide = high / max(math.cos(math.radians(min(max(abs(south), abs(north)) + high, 90.0))), 1e-3)
-    near = max(west - wide, -180.0), max(south - high, -90.0), min(east + wide, 180.0), min(north + high, 90.0)
-    return f"way(r.areas){_bounds(near)}"
+    return f"way(r.areas){_bounds(widened(box, OUTLINE_REACH))}"
