@@ -11,6 +11,9 @@ from typing import Final
 WALKING_SPEED_KMH: Final = 7.0
 # Latitude up to which there are roads (Svalbard: 78.7) and the frame is of use, degrees.
 LATITUDE_MAX_DEG: Final = 84.0
+# How far beyond an area the ways of multipolygons of buildings and water are fetched and cut out with it, m: a
+# choice, as far as most roads reach that begin in it, and farther than buildings do; seas and rivers end there.
+OUTLINE_REACH: Final = 1000.0
 
 # ---------------------------------------------------------------- heights
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from batch_runs import write_table, write_village
+from riverside import RIVERSIDE
 from small_area import write_area
 
 from osm2xodr import batch
@@ -29,6 +30,7 @@ from osm2xodr.batch.model import CutRequest, Result
 from osm2xodr.cli import main
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OutputError, SwappedAxesError
+from osm2xodr.osmParsing import read_surroundings
 
 WEST = ((1.569, 42.549), (1.571, 42.549), (1.571, 42.551), (1.569, 42.551))
 ALL = ((1.56, 42.54), (1.58, 42.54), (1.58, 42.56), (1.56, 42.56))
@@ -80,13 +82,19 @@ class Maps:
     def interrupted(self, *given: object) -> object:
         raise KeyboardInterrupt
 
-    def run(self, *options: str, force: bool = False, **rings: tuple[tuple[float, float], ...]) -> list[str]:
+    def run(
+        self,
+        *options: str,
+        force: bool = False,
+        surroundings: bool = False,
+        **rings: tuple[tuple[float, float], ...],
+    ) -> list[str]:
         """Start a batch that is interrupted, and return the areas that were cut out anew."""
         found = rings or {"west": WEST, "all": ALL, "sea": SEA}
         areas = [outlined(Area(name, self.osm, (), options, (ring,))) for name, ring in found.items()]
         self.cut.clear()
         self.counter = Counter()
-        how = BatchOptions(Workers(1), force=force)
+        how = BatchOptions(Workers(1), force=force, surroundings=surroundings)
         with pytest.raises(KeyboardInterrupt), open_out_dir(self.out) as out:
             run_batch(areas, out, how, Diagnostics(), self.counter)
         return [name for names in self.cut for name in names]
@@ -114,6 +122,13 @@ def test_cuts_outlive_an_interruption(maps: Maps) -> None:
 def test_cuts_are_made_anew_on_request(maps: Maps) -> None:
     maps.run()
     assert maps.run(force=True) == ["west", "all", "sea"]
+
+
+def test_cuts_with_buildings_are_other_ones(maps: Maps) -> None:
+    maps.run()
+    assert maps.run(surroundings=True) == ["west", "all", "sea"]
+    assert maps.run(surroundings=True) == []
+    assert maps.run() == ["west", "all", "sea"]
 
 
 @pytest.mark.parametrize(
@@ -226,3 +241,16 @@ def test_only_what_lies_beside_the_map_is_taken_for_swapped(tmp_path: Path) -> N
     request = CutRequest("a", tmp_path / "a.osm.pbf", item.frame, item.outline)
     with pytest.raises(SwappedAxesError, match="a: it lies beside"):
         batch.cut_areas(osm, [request])
+
+
+def test_road_networks_are_the_same_with_buildings_in_cuts(tmp_path: Path) -> None:
+    source, out = RIVERSIDE.write(tmp_path), tmp_path / "out"
+    command = ["batch", "--from", source, "--tiles", "400m", "--shared-frame", "-o", out, "--workers", "1", "-q"]
+    found = []
+    for more in ([], ["--surroundings"]):
+        assert main([*map(str, command), *more]) == 0
+        found.append({path.name: path.read_bytes() for path in out.glob("x*.*")})
+    assert len(found[0]) > 4
+    assert found[0] == found[1]
+    shown = {item.osm_id for cut in (out / ".cuts").glob("*.osm.pbf") for item in read_surroundings(cut).buildings}
+    assert shown == {"way/10", "way/20", "way/30"}

@@ -124,6 +124,15 @@ def test_a_local_extract_needs_no_network(tmp_path: Path) -> None:
     assert len(etree.parse(tmp_path / "a.xodr").findall("road")) > 70
 
 
+def test_buildings_are_left_out_on_request(tmp_path: Path) -> None:
+    extract = ["--extract", str(SAMPLE / "area.osm"), "--no-dem"]
+    found = []
+    for name, more in (("a", []), ("b", ["--no-surroundings"])):
+        assert main(["fetch", "--bbox", BBOX, "-o", str(tmp_path / name), *extract, *more]) == 0
+        found.append((tmp_path / name / "area.osm").read_text(encoding="utf-8").count('k="building"'))
+    assert found == [30, 0]
+
+
 def test_wrong_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ["-o", str(tmp_path / "out")]
     cases = [

@@ -11,12 +11,15 @@ from xml.etree import ElementTree
 import osmium
 import pytest
 from map_service import ORDINO, OSM_BASE, SAMPLE, Overpass
+from riverside import BOX as RIVERSIDE_BOX, RIVERSIDE, ROADS_ALONE, WITH_SURROUNDINGS
 from web_server import PAGE, Reply, WebServer, part_of, web_server
 
+from osm2xodr import convert
 from osm2xodr.errors import InputError
 from osm2xodr.fetching import FetchOptions, Network, Place, ServerError, overpass, place_of_box, place_of_file
 from osm2xodr.fetching.connection import Connection
 from osm2xodr.fetching.maps import FetchedMap, fetch_map
+from osm2xodr.osmParsing import read_surroundings
 
 API = "/api/interpreter"
 BOX = place_of_box(",".join(map(str, ORDINO)))
@@ -112,12 +115,11 @@ def test_polygons_leave_out_what_lies_beside(server: WebServer, tmp_path: Path) 
     ways = {name for kind, name in everything - found if kind == "way"}
     assert len(ways) > 5
     # All of those lie beyond the diagonal.
-    double = Overpass()
-    for way in double.root.iter("way"):
-        if way.get("id") in ways:
-            for ref in way.iter("nd"):
-                lon, lat = double.places[ref.get("ref", "")]
-                assert (lon - west) / (east - west) + (lat - south) / (north - south) > 0.99
+    data = Overpass().data
+    for way in ways:
+        for key in data.members["way", int(way)]:
+            lon, lat = data.places[key]
+            assert (lon - west) / (east - west) + (lat - south) / (north - south) > 0.99
     # An extract gives the same.
     cut = set(elements(fetch(tmp_path / "c", half, extract=str(SAMPLE / "area.osm")).path))
     assert {item for item in cut if item[0] == "way"} >= {item for item in found if item[0] == "way"}
@@ -170,3 +172,80 @@ def test_extracts_that_are_none(server: WebServer, tmp_path: Path) -> None:
         fetch(tmp_path, extract=str(tmp_path / "none.osm.pbf"))
     with pytest.raises(ServerError, match=r"answers with status 404: No such file."):
         fetch(tmp_path, extract=f"{server.url}/other.osm.pbf")
+
+
+# ---------------------------------------------------------------- buildings and water
+
+NEAR_RIVER = place_of_box(",".join(map(repr, RIVERSIDE_BOX)))
+
+
+def contents(path: Path) -> tuple[list[int], ...]:
+    """Return the ids of a map's elements, by kind."""
+    found = [(item.type_str(), item.id) for item in osmium.FileProcessor(str(path))]
+    return tuple([number for kind, number in found if kind == wanted] for wanted in "nwr")
+
+
+@pytest.fixture(params=["overpass", "extract"])
+def given(request: pytest.FixtureRequest, server: WebServer, tmp_path: Path) -> dict[str, Any]:
+    """Where a map of the riverside is fetched from."""
+    source = RIVERSIDE.write(tmp_path)
+    server.serve("/river", Overpass(source))
+    return {"overpass": (f"{server.url}/river",)} if request.param == "overpass" else {"extract": str(source)}
+
+
+def test_buildings_and_water_are_there(given: dict[str, Any], tmp_path: Path) -> None:
+    path = fetch(tmp_path, NEAR_RIVER, **given).path
+    assert contents(path) == WITH_SURROUNDINGS
+    tags = {(item.type_str(), item.id): dict(item.tags) for item in osmium.FileProcessor(str(path))}
+    assert tags["n", 22] == {}
+    assert "barrier" not in tags["w", 41]
+    assert tags["w", 10] == {"building": "yes", "height": "9"}
+    assert tags["n", 3] == {"highway": "turning_circle"}
+    found = read_surroundings(path)
+    assert [item.osm_id for item in found.buildings] == ["way/10", "way/20", "relation/1"]
+    assert [item.osm_id for item in found.water.open_areas] == ["relation/2"]
+    assert len(found.water.coastlines) == 1
+    assert found.water.bounds == pytest.approx(RIVERSIDE_BOX, abs=1e-7)
+
+
+def test_roads_are_the_same_with_and_without(given: dict[str, Any], tmp_path: Path) -> None:
+    whole = fetch(tmp_path / "a", NEAR_RIVER, **given)
+    alone = fetch(tmp_path / "b", NEAR_RIVER, surroundings=False, **given)
+    assert contents(alone.path) == ROADS_ALONE
+    assert (whole.roads, whole.date) == (alone.roads, alone.date)
+    for made in (whole, alone):
+        convert(made.path, output=made.path.with_suffix(".xodr"))
+    written = [made.path.with_suffix(".xodr").read_bytes() for made in (whole, alone)]
+    assert written[0] == written[1]
+    # Both differ from a road network of all there is: what is bare has a meaning there.
+    convert(RIVERSIDE.write(tmp_path / "a"), output=tmp_path / "all.xodr")
+    assert (tmp_path / "all.xodr").read_bytes().count(b"<object ") > written[0].count(b"<object ")
+
+
+def test_polygons_take_what_lies_in_the_rectangle_around(
+    given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    west, south, east, north = RIVERSIDE_BOX
+    # A triangle with neither a building nor the river in it.
+    middle = 0.5 * (west + east)
+    ring = [[west, south], [middle, north], [west, north], [west, south]]
+    place = {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+    (tmp_path / "place.geojson").write_text(json.dumps(place))
+    found = contents(fetch(tmp_path, place_of_file(tmp_path / "place.geojson"), **given).path)
+    # The western half: the street to its end, the river with all that is near, and the coast.
+    assert found[1:] == ([1, 50, 51, 60, 80], [2])
+
+
+def test_parts_know_what_others_say_of_their_nodes(
+    server: WebServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What comes bare with one part has its tags with another one."""
+    server.serve("/river", Overpass(RIVERSIDE.write(tmp_path)))
+    west, south, east, north = RIVERSIDE_BOX
+    place = place_of_box(f"{west!r},{south!r},{2.0 * east - west!r},{north!r}")
+    monkeypatch.setattr(overpass, "_PART_MAX", 8)
+    path = fetch(tmp_path, place, overpass=(f"{server.url}/river",)).path
+    assert len(list((tmp_path / "cache" / "overpass").glob("*.osm"))) > 4
+    tags = {(item.type_str(), item.id): dict(item.tags) for item in osmium.FileProcessor(str(path))}
+    assert tags["n", 22] == {"traffic_sign": "DE:274-30", "direction": "90"}
+    assert tags["w", 41] == {"barrier": "wall", "height": "2"}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gzip
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +38,7 @@ def fetch(server: WebServer, folder: Path, *urls: str, said: list[str] | None = 
 
 
 def test_the_query_is_for_what_conversions_read() -> None:
-    query = area_query((1.5, 42.5, 1.6, 42.25))
+    query = area_query((1.5, 42.5, 1.6, 42.25), surroundings=False)
     assert query.startswith("[out:xml][timeout:180][maxsize:536870912];(")
     assert 'way["highway"](42.5,1.5,42.25,1.6);' in query
     assert 'way["barrier"~"^(bollard|fence|guard_rail|' in query
@@ -50,7 +52,7 @@ def test_the_query_is_for_what_conversions_read() -> None:
         assert is_thing(tags, frozenset({"lamps", "trees"}))
         key, value = next(iter(tags.items()))
         assert any(f'node["{key}"{text}](' in query for text in ("", f'="{value}"'))
-    assert count_query((1.5, 42.5, 1.6, 42.25)).endswith(");out count;")
+    assert count_query((1.5, 42.5, 1.6, 42.25), surroundings=False).endswith(");out count;")
     # No server takes addresses of more than some 8 kB.
     assert len(query) < 4000
 
@@ -75,7 +77,8 @@ def test_large_areas_are_split(server: WebServer, tmp_path: Path, monkeypatch: p
     area = sum((box[2] - box[0]) * (box[3] - box[1]) for box in made.boxes)
     assert area == pytest.approx((ORDINO[2] - ORDINO[0]) * (ORDINO[3] - ORDINO[1]), rel=1e-3)
     for box in made.boxes:
-        assert sum(item.tag == "way" for item in made.within(box)) <= 20
+        (total,) = re.findall(r' v="(\d+)"', made.data.run(count_query(box, surroundings=True)))
+        assert int(total) <= 20
 
 
 @pytest.mark.parametrize(
@@ -91,7 +94,7 @@ def test_parts_that_are_too_much_for_the_server_are_split(server: WebServer, tmp
 
     def limited(request: Request) -> Reply:
         done = made(request)
-        if request.query["data"].endswith("out meta;") and len(made.boxes) == 1:
+        if len(made.boxes) == 1 and b"<count" not in done.body:
             return Reply(done.body.replace(b"</osm>", f"<remark> {words} </remark></osm>".encode()))
         return done
 
@@ -129,7 +132,8 @@ def test_it_goes_on_with_the_part_that_is_missing(
 def test_compressed_answers(server: WebServer, tmp_path: Path) -> None:
     made = Overpass()
     packed = {"Content-Encoding": "gzip"}
-    whole = gzip.compress(made.__call__(Request("GET", API, {"data": area_query(ORDINO)}, {}, 0.0)).body)
+    query = area_query(ORDINO, surroundings=True)
+    whole = gzip.compress(made(Request("GET", API, {"data": query}, {}, 0.0)).body)
     damaged = whole[:1000] + bytes(100) + whole[1100:]
     count = Reply(gzip.compress(COUNT.body), headers=packed)
     server.serve(API, count, *(Reply(body, headers=packed) for body in (damaged, whole[:-20], whole)))
@@ -199,9 +203,14 @@ def test_areas_that_are_too_large_are_refused(server: WebServer, tmp_path: Path)
         fetch_parts(Connection(Network()), (5.0, 45.0, 10.0, 49.0), options)
     assert server.requests == []
     server.serve(API, Reply(COUNT.body.replace(b'"5"', b'"2000000"')))
-    with pytest.raises(InputError, match="the area has 2,000,000 ways and objects, too many for the Overpass API"):
+    text = "the area has 2,000,000 ways and objects, too many for the Overpass API; "
+    with pytest.raises(
+        InputError, match=f"^{text}leave out buildings and water with --no-surroundings, or give a map"
+    ):
         fetch(server, tmp_path)
-    assert len(server.requests) == 1
+    with pytest.raises(InputError, match=f"^{text}give a map with --extract"):
+        fetch_parts(Connection(Network()), ORDINO, replace(options, surroundings=False))
+    assert len(server.requests) == 2
 
 
 def test_a_server_that_never_can(server: WebServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import functools
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -10,8 +10,11 @@ from xml.etree import ElementTree
 import numpy as np
 import numpy.typing as npt
 import rasterio
+from overpass_ql import Box, MapData, box_of
 from rasterio import Affine
 from web_server import Reply, Request, WebServer
+
+from osm2xodr.fetching.queries import area_query
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
@@ -23,46 +26,24 @@ _HEAD = f'<?xml version="1.0" encoding="UTF-8"?>\n<osm version="0.6" generator="
 
 
 class Overpass:
-    """Answers the queries of `osm2xodr.fetching.queries` from a file, as far as they differ in their box."""
+    """Answers queries from a file."""
 
     def __init__(self, path: Path = SAMPLE / "area.osm") -> None:
-        self.root = ElementTree.parse(path).getroot()
-        self.places = {
-            node.get("id", ""): (float(node.get("lon", "")), float(node.get("lat", "")))
-            for node in self.root.iter("node")
-        }
-        self.boxes: list[tuple[float, float, float, float]] = []  # Those that were asked for, and given whole
-        self.counted: list[tuple[float, float, float, float]] = []
+        self.data = _data_of(path)
+        self.boxes: list[Box] = []  # Those that were asked for, and given whole
+        self.counted: list[Box] = []
 
     def __call__(self, request: Request) -> Reply:
         query = request.query["data"]
-        found = re.search(r"\(([-\d.]+),([-\d.]+),([-\d.]+),([-\d.]+)\)", query)
-        assert found is not None
-        south, west, north, east = map(float, found.groups())
-        box = west, south, east, north
-        items = self.within(box)
-        if query.endswith("out count;"):
-            self.counted.append(box)
-            count = sum(item.tag == "way" for item in items)
-            return Reply(answer(f'<count id="0"><tag k="total" v="{count}"/></count>'))
-        self.boxes.append(box)
-        return Reply(answer("".join(ElementTree.tostring(item, "unicode") for item in items)))
+        (self.counted if query.endswith("out count;") else self.boxes).append(box_of(query))
+        return Reply(answer(self.data.run(query)))
 
-    def within(self, box: tuple[float, float, float, float]) -> list[ElementTree.Element]:
-        """Return ways with a node in a box, all of their nodes, and the relations about them."""
-        west, south, east, north = box
-        inside = {key for key, (x, y) in self.places.items() if west <= x <= east and south <= y <= north}
-        ways = [
-            way
-            for way in self.root.iter("way")
-            if inside & {node.get("ref") for node in way.iter("nd")}
-            and any(tag.get("k") == "highway" for tag in way.iter("tag"))
-        ]
-        names = {way.get("id") for way in ways}
-        refs = {node.get("ref") for way in ways for node in way.iter("nd")}
-        nodes = [node for node in self.root.iter("node") if node.get("id") in refs]
-        rules = [item for item in self.root.iter("relation") if names & {part.get("ref") for part in item}]
-        return [*nodes, *ways, *rules]
+    def within(self, box: Box, *, surroundings: bool = True) -> list[ElementTree.Element]:
+        """Return what there is in a box."""
+        return list(ElementTree.fromstring(f"<osm>{self.data.run(area_query(box, surroundings=surroundings))}</osm>"))
+
+
+_data_of = functools.cache(MapData)
 
 
 def answer(content: str) -> bytes:

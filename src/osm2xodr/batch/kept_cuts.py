@@ -19,7 +19,7 @@ from osm2xodr.batch.areas import Block, PlannedArea
 from osm2xodr.batch.fingerprints import Mark, remove
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.batch.out_dir import OutDir
-from osm2xodr.model import Outline
+from osm2xodr.model import Corrections, Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
 from osm2xodr.system import stream_to
 
@@ -43,14 +43,17 @@ class _Record:
 class KeptCuts:
     """The cuts of a batch."""
 
-    def __init__(self, out: OutDir, kept: frozenset[int], planned: Sequence[PlannedArea], *, context: bool) -> None:
+    def __init__(
+        self, out: OutDir, corrections: Corrections, planned: Sequence[PlannedArea], *, context: bool, scenes: bool
+    ) -> None:
         self._out = out
         self._blocks: dict[str, list[PlannedArea]] = {}  # The areas of each block, by its name
         for item in planned:
             if item.block is not None:
                 self._blocks.setdefault(item.block.name, []).append(item)
-        self._kept = kept  # OSM ids of ways that become streets in any case
+        self._kept = corrections.kept_ways()  # OSM ids of ways that become streets in any case
         self._context = context
+        self._scenes = scenes  # Whether cuts have what scenes show
 
     def names(self, block: Block) -> list[str]:
         """Return the names of the areas of a block."""
@@ -110,7 +113,7 @@ class KeptCuts:
         ways, private = _chosen_ways(item.area.options)
         chosen = [sorted(ways.highways), sorted(ways.services_out), private, sorted(self._kept)]
         rings = [ring.tolist() for ring in _outline(item).rings]
-        text = json.dumps([item.frame.proj, rings, self._context, chosen])
+        text = json.dumps([item.frame.proj, rings, self._context, self._scenes, chosen])
         return hashlib.sha256(text.encode()).hexdigest()
 
     def _request(self, name: str, group: Sequence[PlannedArea]) -> CutRequest:
@@ -130,6 +133,7 @@ class KeptCuts:
             self._kept,
             item.area.where,
             parts,
+            self._scenes,
         )
 
     def _known(self, name: str, item: PlannedArea, mark: Mark) -> dict[str, int] | None:

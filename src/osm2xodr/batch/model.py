@@ -42,6 +42,7 @@ class CutRequest:
     where: str = ""  # Where the outline stands, for messages; by default its name
     # Areas that it consists of, by name, whose ways are to be counted; none where it is one area
     parts: Mapping[str, Outline] = field(default_factory=dict)
+    surroundings: bool = False  # Whether buildings and water, which only scenes have, are cut out as well
 
 
 class Status(str, Enum):

@@ -37,6 +37,7 @@ class BatchOptions:
     force: bool = False  # Whether areas are made that have not changed
     corrections_file: Path | None = None  # Corrections for all areas, and what it says
     corrections: Corrections = field(default_factory=Corrections)
+    surroundings: bool = False  # Whether cuts have the buildings and the water of scenes as well
 
 
 class Listener(Protocol):
@@ -66,7 +67,7 @@ class _Batch:
         self.options = options
         self.results: dict[str, Result] = {}
         self.marks = Marks()
-        self._cuts = KeptCuts(out, options.corrections.kept_ways(), planned, context=options.shared)
+        self._cuts = KeptCuts(out, options.corrections, planned, context=options.shared, scenes=options.surroundings)
         self._sources: dict[Path, list[Path]] = {}
         found = {item.area.name: load_state(out.state(item.area.name)) for item in planned}
         self.states = {name: state for name, state in found.items() if state is not None}

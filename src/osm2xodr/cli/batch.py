@@ -99,6 +99,7 @@ def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> 
         arguments.force,
         known,
         corrections,
+        arguments.surroundings,
     )
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:

@@ -81,6 +81,11 @@ class BatchArguments:
         is_flag=True,
         help="Give all areas the same projection, ids of their own, and roads that meet at the borders.",
     )
+    surroundings: bool = _option(
+        "--surroundings",
+        is_flag=True,
+        help="Cut out buildings and water as well, for scenes; they change no road network.",
+    )
     workers: int | None = _option(
         "--workers",
         type=click.IntRange(1),

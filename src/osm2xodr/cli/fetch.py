@@ -63,6 +63,11 @@ Exit status: 0 written, 1 cannot fetch, 2 wrong usage, 130 interrupted.""",
 @click.option("--dem-url", metavar="URL", help="Take the elevation model from there, as the table writes addresses.")
 @click.option("--no-osm", is_flag=True, help="Fetch no map.")
 @click.option("--no-dem", is_flag=True, help="Fetch no elevation model.")
+@click.option(
+    "--no-surroundings",
+    is_flag=True,
+    help="Fetch no buildings and no water, which only scenes and the 3D view of reports show.",
+)
 @click.option("--pbf", is_flag=True, help="Write area.osm.pbf instead of area.osm.")
 @click.option(
     "--cache",
@@ -159,6 +164,7 @@ def _fetch_options(options: dict[str, Any], progress: _Progress) -> FetchOptions
         model_url=options["dem_url"],
         osm=not options["no_osm"],
         dem=not options["no_dem"],
+        surroundings=not options["no_surroundings"],
         pbf=options["pbf"],
         age=0.0 if options["refresh"] else options["max_age"],
         overwrite=options["overwrite"],

@@ -13,7 +13,7 @@ from osm2xodr.fetching.connection import Connection, Response, host, shown
 from osm2xodr.fetching.downloads import Wanted, download, key_of, not_wanted
 from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.options import FetchOptions, ServerError
-from osm2xodr.fetching.place import Box
+from osm2xodr.fetching.place import DEGREE, Box, widened
 from osm2xodr.fetching.rasters import (
     CELLS_MAX,
     Raster,
@@ -35,8 +35,6 @@ _TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _ABSENT: Final = frozenset({404, 410})
 # Elevation models reach farther than the roads by this, m: what lies beside them, and what interpolation needs.
 _MARGIN: Final = 150.0
-# Length of a degree of latitude, m (WGS 84, mean).
-_DEGREE: Final = 111_195.0
 # An area whose box has more cells than this many times what is read is refused before anything is asked for; the box
 # of degrees may be larger than that of the model.
 _CELLS_SLACK: Final = 1.5
@@ -55,10 +53,7 @@ class FetchedModel:
 
 def with_margin(box: Box) -> Box:
     """Return a box (west, south, east, north, degrees) with what heights are needed of around it."""
-    west, south, east, north = box
-    up = _MARGIN / _DEGREE
-    across = up / max(0.05, math.cos(math.radians(max(abs(south), abs(north)))))
-    return max(-180.0, west - across), max(-90.0, south - up), min(180.0, east + across), min(90.0, north + up)
+    return widened(box, _MARGIN)
 
 
 def fetch_models(
@@ -115,7 +110,7 @@ def _check_extent(model: ElevationModel, box: Box) -> None:
             f"{model.extent[3]:g} N, and the area lies elsewhere; choose another model with --dem-model"
         )
     across = (east - west) * math.cos(math.radians(0.5 * (south + north)))
-    cells = across * (north - south) * (_DEGREE / model.cell) ** 2
+    cells = across * (north - south) * (DEGREE / model.cell) ** 2
     if cells > _CELLS_SLACK * CELLS_MAX:
         raise InputError(
             f"the area has {cells / 1e6:,.0f} million cells of {model.title}, more than the {CELLS_MAX / 1e6:,.0f} "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,7 +64,7 @@ def _from_overpass(
     if place.rings:
         joined = work / "joined.osm.pbf"
         _write(parts, joined, place.box)
-        parts = [_cut(joined, place, work, source)]
+        parts = [_cut(joined, place, work, source, options)]
     return source, min(dates, default=""), parts
 
 
@@ -74,12 +74,12 @@ def _from_extract(
     extract = options.extract or ""
     if not is_address(extract):
         path = Path(extract)
-        return extract, _date_of(path), [_cut(path, place, work, extract)]
+        return extract, _date_of(path), [_cut(path, place, work, extract, options)]
     wanted = Wanted(extract, "--extract", "OSM data", _is_map)
     found = download(connection, wanted, options.cache_dir / "extracts", options.age)
     connection.network.progress("cutting the area out")
     try:
-        return extract, _date_of(found.path), [_cut(found.path, place, work, extract)]
+        return extract, _date_of(found.path), [_cut(found.path, place, work, extract, options)]
     except InputError:
         # It must not be taken for a good one the next time. Where there is only nothing in the area, it is one.
         if not _is_sound(found.path):
@@ -87,10 +87,10 @@ def _from_extract(
         raise
 
 
-def _cut(path: Path, place: Place, work: Path, source: str) -> Path:
+def _cut(path: Path, place: Place, work: Path, source: str, options: FetchOptions) -> Path:
     """Cut the area out of a map."""
     target = work / "cut.osm.pbf"
-    request = place.cut_request(target)
+    request = replace(place.cut_request(target), surroundings=options.surroundings)
     if not cut_areas(path, [request])[request.name]:
         raise InputError(f"{source} has no way that cars can drive on in {place.text}; choose another area")
     return target

@@ -81,6 +81,7 @@ class FetchOptions:
     model_url: str | None = None  # Where the only elevation model is instead of where its table says
     osm: bool = True  # Whether a map is fetched
     dem: bool = True  # Whether elevation models are
+    surroundings: bool = True  # Whether the map has the buildings and the water of scenes
     pbf: bool = False  # Whether the map is written as ``area.osm.pbf`` rather than ``area.osm``
     age: float = CACHE_AGE  # How old a map in the cache may be, s; 0 fetches everything anew
     overwrite: bool = False  # Whether files that exist are replaced

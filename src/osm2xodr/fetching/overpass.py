@@ -52,10 +52,19 @@ class _Overpass:
         self._connection = connection
         self._servers = list(options.overpass)
         self._age = options.age
+        self._surroundings = options.surroundings
         self._folder = folder
 
-    def answer(self, query: str) -> Path:
-        """Return the file with the answer to a query; `_TooLargeError` if the server cannot give it."""
+    def count(self, box: Box) -> int:
+        """Return the number of elements in a box; `_TooLargeError` if the server cannot give it."""
+        return _count(self._answer(count_query(box, surroundings=self._surroundings)))
+
+    def area(self, box: Box) -> Path:
+        """Return the file with what is in a box; `_TooLargeError` if the server cannot give it."""
+        return self._answer(area_query(box, surroundings=self._surroundings))
+
+    def _answer(self, query: str) -> Path:
+        """Return the file with the answer to a query."""
         path = self._folder / f"{key_of(query)}.osm"
         if path.is_file() and time.time() - path.stat().st_mtime < self._age:
             return path
@@ -165,7 +174,7 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
         part, depth = todo.pop()
         all_ = len(parts) + len(todo) + 1
         progress("asking for the map", f"{len(parts)} of {all_} parts are there", len(parts) / all_)
-        found = _part(overpass, part, depth == 0)
+        found = _part(overpass, part, depth == 0, options.surroundings)
         if found is not None:
             parts.append(found)
         elif depth < _SPLITS_MAX:
@@ -175,16 +184,17 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
     return parts
 
 
-def _part(overpass: _Overpass, box: Box, whole: bool) -> Path | None:
+def _part(overpass: _Overpass, box: Box, whole: bool, surroundings: bool) -> Path | None:
     """Return the file with what is in a box; None if it is too large and has to be split."""
     try:
-        count = _count(overpass.answer(count_query(box)))
+        count = overpass.count(box)
         if whole and count > _AREA_MAX:
+            less = "leave out buildings and water with --no-surroundings, or " if surroundings else ""
             raise InputError(
-                f"the area has {count:,} ways and objects, too many for the Overpass API; give a map with --extract, "
-                "such as one of download.geofabrik.de"
+                f"the area has {count:,} ways and objects, too many for the Overpass API; {less}give a map with "
+                "--extract, such as one of download.geofabrik.de"
             )
-        return None if count > _PART_MAX else overpass.answer(area_query(box))
+        return None if count > _PART_MAX else overpass.area(box)
     except _TooLargeError:
         return None
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from osm2xodr.batch import CutRequest, frame_around, read_polygons
 from osm2xodr.errors import OptionError
 from osm2xodr.model import Outline
 from osm2xodr.projection import to_local
+
+# Length of a degree of latitude, m (WGS 84, mean).
+DEGREE: Final = 111_195.0
 
 Box = tuple[float, float, float, float]
 _Rings = tuple[tuple[tuple[float, float], ...], ...]
@@ -32,6 +37,14 @@ class Place:
         frame = frame_around(rings)
         outline = Outline(tuple(np.column_stack(to_local(frame, *np.array(ring).T)) for ring in rings))
         return CutRequest(self.text, target, frame, outline)
+
+
+def widened(box: Box, margin: float) -> Box:
+    """Return a box (west, south, east, north, degrees) with what lies up to a margin, m, around it."""
+    west, south, east, north = box
+    up = margin / DEGREE
+    across = up / max(0.05, math.cos(math.radians(max(abs(south), abs(north)))))
+    return max(-180.0, west - across), max(-90.0, south - up), min(180.0, east + across), min(90.0, north + up)
 
 
 def place_of_box(text: str) -> Place:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         way_correction as way_correction,
     )
     from osm2xodr.osmParsing.file import (
+        AREA_TYPE as AREA_TYPE,
         RELATION_TYPES as RELATION_TYPES,
         UNITS_PER_DEGREE as UNITS_PER_DEGREE,
         OsmFile as OsmFile,
@@ -47,7 +48,12 @@ if TYPE_CHECKING:
     )
     from osm2xodr.osmParsing.parsing import parse_osm as parse_osm
     from osm2xodr.osmParsing.roadside import is_thing as is_thing, node_keys as node_keys, way_values as way_values
-    from osm2xodr.osmParsing.surroundings import read_surroundings as read_surroundings
+    from osm2xodr.osmParsing.surroundings import (
+        SURROUNDINGS_KEYS as SURROUNDINGS_KEYS,
+        SURROUNDINGS_TAGS as SURROUNDINGS_TAGS,
+        in_surroundings as in_surroundings,
+        read_surroundings as read_surroundings,
+    )
     from osm2xodr.osmParsing.tags import ACCESS_TAGS as ACCESS_TAGS, reason_left_out as reason_left_out
 
 # The command line uses the options alone, and should not wait for what reading needs.
@@ -56,6 +62,7 @@ __getattr__ = lazy_exports(
     {
         "corrections": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
+            "AREA_TYPE",
             "OsmFile",
             "RELATION_TYPES",
             "RawNodes",
@@ -72,7 +79,7 @@ __getattr__ = lazy_exports(
         "options": ("DRIVABLE", "HIGHWAYS", "PRESETS", "ParseOptions", "WaySelection", "parse_ways_option"),
         "parsing": ("parse_osm",),
         "roadside": ("is_thing", "node_keys", "way_values"),
-        "surroundings": ("read_surroundings",),
+        "surroundings": ("SURROUNDINGS_KEYS", "SURROUNDINGS_TAGS", "in_surroundings", "read_surroundings"),
         "tags": ("ACCESS_TAGS", "reason_left_out"),
     },
 )

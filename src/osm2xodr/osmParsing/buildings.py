@@ -13,7 +13,7 @@ from osm2xodr.osmParsing.file import RawArea, RawNodes, open_osm_file, read_area
 from osm2xodr.osmParsing.tags import parse_length
 
 # Keys of areas that are buildings or parts of them, and values of them that mean there is none.
-_KEYS: Final = ("building:part", "building")
+BUILDING_KEYS: Final = ("building:part", "building")
 _NONE: Final = frozenset({"no", "demolished", "collapsed", "proposed", "abandoned:no"})
 # What lies below the ground.
 _BELOW: Final = frozenset({"underground", "indoor"})
@@ -33,7 +33,7 @@ def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
         The file cannot be read or is not OSM data.
     """
     file = open_osm_file(path)
-    areas, broken = read_areas(file, frozenset(_KEYS))
+    areas, broken = read_areas(file, frozenset(BUILDING_KEYS))
     areas = [area for area in areas if area.outer and _stands(area.tags)]
     rings = [ring for area in areas for ring in (*area.outer, *area.inner)]
     if not rings:
@@ -52,7 +52,7 @@ def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
 def _stands(tags: Mapping[str, str]) -> bool:
     """Return whether tags are those of something that stands above the ground."""
     return (
-        any(tags.get(key, "no") not in _NONE for key in _KEYS)
+        any(tags.get(key, "no") not in _NONE for key in BUILDING_KEYS)
         and tags.get("location") not in _BELOW
         and tags.get("tunnel", "no") == "no"
     )

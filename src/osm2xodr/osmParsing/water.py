@@ -22,9 +22,9 @@ from osm2xodr.osmParsing.file import (
 )
 
 # OSM wiki, Key:water, Tag:waterway=riverbank, Tag:waterway=dock, Tag:landuse=reservoir: areas of open water.
-_AREAS: Final = (("natural", "water"), ("waterway", "riverbank"), ("waterway", "dock"), ("landuse", "reservoir"))
+WATER_AREAS: Final = (("natural", "water"), ("waterway", "riverbank"), ("waterway", "dock"), ("landuse", "reservoir"))
 # Tag:natural=coastline: the sea is on its right.
-_COASTLINE: Final = (("natural", "coastline"),)
+COASTLINE: Final = (("natural", "coastline"),)
 
 
 def read_water(path: Path) -> Water:
@@ -38,10 +38,10 @@ def read_water(path: Path) -> Water:
     file = open_osm_file(path)
     areas = [
         area
-        for area in read_areas(file, _AREAS)[0]
+        for area in read_areas(file, WATER_AREAS)[0]
         if area.tags.get("intermittent") != "yes" and area.tags.get("tunnel", "no") == "no"
     ]
-    coast = read_lines(file, _COASTLINE)
+    coast = read_lines(file, COASTLINE)
     refs = [ring for area in areas for ring in (*area.outer, *area.inner, *area.lines)] + coast
     if not refs:
         return Water()

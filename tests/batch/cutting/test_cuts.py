@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import osmium
 import pytest
 from osm_builder import LAT_0, LON_0, Area, write_osm
+from riverside import RIVERSIDE, ROADS_ALONE, SIDE, WITH_SURROUNDINGS
 
 from osm2xodr import projection
 from osm2xodr.batch.cutting import cuts as cutting, source as cut_source, writing as cut_writing
@@ -164,6 +166,76 @@ def test_relations_about_a_way_bring_along_what_they_name(tmp_path: Path) -> Non
     kept = parse_osm(tmp_path / "one.osm.pbf", ParseOptions(), Diagnostics())
     assert [item.osm_relation_id for item in network.restrictions] == [1, 2]
     assert [item.osm_relation_id for item in kept.restrictions] == [1]
+
+
+# ---------------------------------------------------------------- buildings and water
+
+AROUND = box(-SIDE, -SIDE, SIDE, SIDE)
+
+
+def cut_with_surroundings(source: Path, *, context: bool = False) -> Path:
+    """Return a cut of the riverside with its buildings and water."""
+    wanted = replace(request(source.parent, AROUND, context=context), surroundings=True)
+    cut_areas(source, [wanted])
+    return wanted.target
+
+
+def test_buildings_and_water_on_request(tmp_path: Path) -> None:
+    source = RIVERSIDE.write(tmp_path)
+    cut_areas(source, [request(tmp_path, AROUND)])
+    assert tuple(contents(tmp_path / "one.osm.pbf").values()) == ROADS_ALONE
+    assert tuple(contents(cut_with_surroundings(source)).values()) == WITH_SURROUNDINGS
+
+
+def test_what_only_outlines_need_means_nothing_to_conversions(tmp_path: Path) -> None:
+    path = cut_with_surroundings(RIVERSIDE.write(tmp_path))
+    tags = {(item.type_str(), item.id): dict(item.tags) for item in osmium.FileProcessor(str(path))}
+    assert tags["n", 22] == {}
+    assert tags["w", 41] == {"height": "2"}
+    # A wall in the area stays one.
+    assert tags["w", 80] == {"natural": "water", "barrier": "wall"}
+    # With the surroundings of streets both belong to the map anyway.
+    tags = {
+        (item.type_str(), item.id): dict(item.tags)
+        for item in osmium.FileProcessor(str(cut_with_surroundings(tmp_path / "area.osm", context=True)))
+    }
+    assert tags["n", 22] == {"traffic_sign": "DE:274-30", "direction": "90"}
+    assert tags["w", 41] == {"barrier": "wall", "height": "2"}
+
+
+def test_requests_with_and_without_buildings_share_a_pass(tmp_path: Path) -> None:
+    source = RIVERSIDE.write(tmp_path)
+    wanted = [request(tmp_path, AROUND, "a"), replace(request(tmp_path, AROUND, "b"), surroundings=True)]
+    cut_areas(source, wanted)
+    alone = request(tmp_path, AROUND, "c")
+    cut_areas(source, [alone])
+    assert wanted[0].target.read_bytes() == alone.target.read_bytes()
+    assert tuple(contents(wanted[1].target).values()) == WITH_SURROUNDINGS
+
+
+def test_the_order_of_elements_does_not_matter(tmp_path: Path) -> None:
+    first = cut_with_surroundings(RIVERSIDE.write(tmp_path)).read_bytes()
+    (tmp_path / "other").mkdir()
+    second = cut_with_surroundings(write_osm(tmp_path / "other", RIVERSIDE.elements()[::-1])).read_bytes()
+    found = [
+        [(str(item), dict(item.tags)) for item in osmium.FileProcessor(osmium.io.FileBuffer(data, "pbf"))]
+        for data in (first, second)
+    ]
+    assert found[0] == found[1]
+
+
+def test_a_cut_of_a_cut_is_the_same(tmp_path: Path) -> None:
+    path = cut_with_surroundings(RIVERSIDE.write(tmp_path))
+    (tmp_path / "again").mkdir()
+    wanted = replace(request(tmp_path / "again", AROUND), surroundings=True)
+    cut_areas(path, [wanted])
+    assert wanted.target.read_bytes() == path.read_bytes()
+
+
+def test_ways_of_relations_are_no_streets(tmp_path: Path) -> None:
+    """Corrections keep ways that become streets; an outline that they name does not."""
+    wanted = replace(request(tmp_path, AROUND), surroundings=True, kept=frozenset({40}))
+    assert cut_areas(RIVERSIDE.write(tmp_path), [wanted]) == {"one": 2}
 
 
 # ---------------------------------------------------------------- surroundings

@@ -21,10 +21,12 @@ from osm2xodr.batch.cutting.streets import (
     make_segments,
     make_streets,
     make_way_cells,
+    only,
 )
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.curves import distance_to_outline, ranks, runs
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, freeze_arrays
+from osm2xodr.defaults import OUTLINE_REACH
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
 
 # Streets this near to the border are cut out whole for both areas, m: roads lie some metres off OSM's lines.
 _BORDER_REACH: Final = 300.0
@@ -56,6 +58,9 @@ class Choice:
     ways: IntArray
     relations: IntArray
     nodes: IntArray
+    # Ways and nodes that are only there for what scenes have beside roads
+    more_ways: IntArray
+    more_nodes: IntArray
     driven: Mapping[str, int]  # Number of ways that become streets in the area itself or in each part, by name
     bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the area, degrees
 
@@ -81,10 +86,13 @@ class Plan:
 
     source: Source  # The map
     segments: Segments
-    # Where ways and things are
+    # Where ways that conversions read, what scenes show, and things are
     way_cells: Cells
+    outline_cells: Cells
     thing_cells: Cells
-    members: Members  # Of relations
+    # Of relations that conversions read, and of multipolygons of scenes
+    members: Members
+    outlines: Members
     streets: Mapping[Driven, Streets]  # By what becomes a street; none unless a request has a context
 
 
@@ -94,7 +102,17 @@ def make_plan(source: Source, *, context: bool) -> Plan:
     chosen = source.driven if context else {}
     streets = {driven: make_streets(source, segments, ways) for driven, ways in chosen.items()}
     things = make_node_cells(source, np.flatnonzero(source.thing))
-    return Plan(source, segments, make_way_cells(source, segments), things, _make_members(source), streets)
+    cells = make_way_cells(source, segments)
+    return Plan(
+        source,
+        segments,
+        only(cells, source.way_read),
+        cells,
+        things,
+        _make_members(source, source.relation_read, source.way_read),
+        _make_members(source, ~source.relation_read, np.ones(len(source.way_ids), np.bool_)),
+        streets,
+    )
 
 
 def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
@@ -120,7 +138,30 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
         things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)
     nodes = np.union1d(source.row[_ranges(source.first, kept)], things)
-    return Choice(kept, relations, nodes, _count_driven(plan, request, driven, near), bounds)
+    outlines, areas = _surroundings(plan, request) if request.surroundings else (kept[:0], kept[:0])
+    more_ways = np.setdiff1d(outlines, kept)
+    more_nodes = np.setdiff1d(source.row[_ranges(source.first, more_ways)], nodes)
+    relations = np.union1d(relations, areas)
+    counted = _count_driven(plan, request, driven, near)
+    return Choice(kept, relations, nodes, more_ways, more_nodes, counted, bounds)
+
+
+def _surroundings(plan: Plan, request: CutRequest) -> tuple[IntArray, IntArray]:
+    """Return the ways and the multipolygons that scenes have in the rectangle around an area.
+
+    Scenes close what reaches beyond along the sides of this rectangle, which the file states.
+    """
+    corners = np.concatenate(request.outline.rings)
+    (west, south), (east, north) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    rectangle = Outline((np.array([[west, south], [east, south], [east, north], [west, north]]),))
+    whole = replace(request, outline=rectangle, parts={})
+    _, box = _boxes(whole, OUTLINE_REACH)
+    near = _Near(plan, whole, find_in_boxes(plan.outline_cells, box), OUTLINE_REACH)
+    inside, members = near.ways(0.0), plan.outlines
+    areas = _among(members.way, inside)
+    named = members.ways[_ranges(members.first_way, areas)]
+    shown = inside[plan.source.way_shown[inside]]
+    return np.union1d(shown, np.intersect1d(named, near.ways(OUTLINE_REACH))), areas
 
 
 def _count_driven(plan: Plan, request: CutRequest, driven: Driven, near: _Near) -> dict[str, int]:
@@ -276,9 +317,10 @@ def _among(pairs: tuple[IntArray, IntArray], chosen: IntArray) -> IntArray:
     return found
 
 
-def _make_members(source: Source) -> Members:
-    current = np.flatnonzero(source.relation_current)
-    order = np.flatnonzero(source.way_current)
+def _make_members(source: Source, relations: BoolArray, among: BoolArray) -> Members:
+    """Return the members of some relations (relations,) that are among some ways (ways,)."""
+    current = np.flatnonzero(source.relation_current & relations)
+    order = np.flatnonzero(source.way_current & among)
     order = order[np.argsort(source.way_ids[order], kind="stable")]
     ways, of_way = _present(source.way_ids[order], [source.member_ways[index] for index in current.tolist()])
     nodes, of_node = _present(source.node_ids, [source.member_nodes[index] for index in current.tolist()])

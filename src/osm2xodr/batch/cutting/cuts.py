@@ -37,6 +37,9 @@ def cut_areas(
     With a context it also has what is near the area, whole streets that come near it, and what lies beside them and
     around their ends (`choice` says how near): all that shapes a road across a border is the same on both sides.
 
+    With surroundings it also has the buildings and the water in the rectangle around the area, of multipolygons the
+    ways that come within `OUTLINE_REACH` of it. A conversion reads the same with and without them.
+
     Raises
     ------
     InputError
@@ -48,7 +51,8 @@ def cut_areas(
     """
     file = open_osm_file(source)
     driven = [Driven(request.ways, request.include_private, request.kept) for request in requests]
-    plan = make_plan(read_source(file, driven), context=any(request.context for request in requests))
+    found = read_source(file, driven, surroundings=any(request.surroundings for request in requests))
+    plan = make_plan(found, context=any(request.context for request in requests))
     counts: dict[str, int] = {}
     group: list[Target] = []
     pending: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Reads the part of a map that conversions use into flat arrays: ways, relations, positions of nodes.
+"""Reads the part of a map that conversions and scenes use into flat arrays: ways, relations, positions of nodes.
 
 There are no objects per node, and nodes without a way of interest are left out, so that a country fits into memory.
 """
@@ -6,7 +6,7 @@ There are no objects per node, and nodes without a way of interest are left out,
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -15,12 +15,14 @@ import osmium
 
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 from osm2xodr.osmParsing import (
+    AREA_TYPE,
     HIGHWAYS,
     RELATION_TYPES,
     UNITS_PER_DEGREE,
     OsmFile,
     WaySelection,
     handle,
+    in_surroundings,
     is_thing,
     node_keys,
     readable,
@@ -47,16 +49,21 @@ class Driven(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """The part of a map that conversions use; ways and relations are those that `ways_and_relations_of` yields."""
+    """The part of a map that is of use; ways and relations are those that `ways_and_relations_of` yields."""
 
     file: OsmFile  # The map
     way_ids: IntArray  # (ways,) OSM ids
     way_current: BoolArray  # (ways,) Whether the way is neither deleted nor replaced by a newer version
+    way_read: BoolArray  # (ways,) Whether conversions read the way; scenes alone have the others
+    way_shown: BoolArray  # (ways,) Whether the way is a building or water of scenes by its own tags
     first: IntArray  # (ways + 1,) Index of each way's first entry in `row`
     row: IntArray  # (refs,) Nodes of the ways, rows of `node_ids`, without nodes that are not in the file
     driven: Mapping[Driven, BoolArray]  # (ways,) Which ways become streets, by selection
     relation_ids: IntArray  # (relations,) OSM ids
     relation_current: BoolArray  # (relations,) As `way_current`
+    relation_read: BoolArray  # (relations,) As `way_read`; the others are multipolygons of scenes
+    # OSM ids of the ways of these multipolygons; None where only what conversions read was asked for
+    outlines: AbstractSet[int] | None
     # Of each relation: ids of its members
     member_ways: Sequence[IntArray]
     member_nodes: Sequence[IntArray]
@@ -85,6 +92,8 @@ class _Ways:
     ids: array[int]
     versions: array[int]
     gone: array[int]
+    read: array[int]
+    shown: array[int]
     lengths: array[int]
     refs: array[int]
     driven: dict[Driven, array[int]]
@@ -97,25 +106,48 @@ class _Relations:
     ids: array[int]
     versions: array[int]
     gone: array[int]
+    read: array[int]
     ways: list[IntArray]
     nodes: list[IntArray]
 
 
-def ways_and_relations_of(file: OsmFile) -> Iterator[Any]:
-    """Yield ways and relations of interest in the order of the file, all versions; each is valid until the next."""
-    values = way_values(frozenset(), _EXTRA)
-    del values["highway"]
-    wanted = [(key, value) for key, names in sorted(values.items()) for value in sorted(names)]
+def ways_and_relations_of(file: OsmFile, outlines: AbstractSet[int] | None) -> Iterator[tuple[Any, bool]]:
+    """Yield ways and relations of interest in the order of the file, all versions, and whether conversions read them.
+
+    Each is valid until the next. `outlines` is that of `Source`.
+    """
+    values = _other_values()
     only_ways = osmium.filter.KeyFilter("highway", *values)
     only_ways.enable_for(osmium.osm.WAY)
-    only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
+    kinds = RELATION_TYPES if outlines is None else (*RELATION_TYPES, AREA_TYPE)
+    only_relations = osmium.filter.TagFilter(*(("type", value) for value in kinds))
     only_relations.enable_for(osmium.osm.RELATION)
-    found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+    found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION).with_filter(only_relations)
+    if outlines is None:
+        found = found.with_filter(only_ways)
+    wanted = [(key, value) for key, names in sorted(values.items()) for value in sorted(names)]
     item: Any
-    for item in found.with_filter(only_ways).with_filter(only_relations):
+    for item in found:
         tags = item.tags
-        if item.is_relation() or "highway" in tags or any(tags.get(key) == value for key, value in wanted):
-            yield item
+        if item.is_relation():
+            read = tags.get("type") in RELATION_TYPES
+        else:
+            read = "highway" in tags or any(tags.get(key) == value for key, value in wanted)
+        if read or (outlines is not None and (in_surroundings(tags) or (item.is_way() and item.id in outlines))):
+            yield item, read
+
+
+def _other_values() -> dict[str, frozenset[str]]:
+    """Return the values by key of which a way without ``highway`` must have one to be read by conversions."""
+    values = way_values(frozenset(), _EXTRA)
+    del values["highway"]
+    return values
+
+
+def without_roads(tags: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return the tags of a way without those for which conversions would read it."""
+    values = _other_values()
+    return {key: value for key, value in tags if key != "highway" and value not in values.get(key, ())}
 
 
 def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
@@ -127,15 +159,18 @@ def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
     return found
 
 
-def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False) -> Source:
+def read_source(
+    file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False, surroundings: bool = False
+) -> Source:
     """Read the part of a map that conversions use; `driven` are selections of ways that become streets.
 
-    `only_driven` reads only the ways of the first selection, and neither relations nor things. Raises `InputError` if
-    the file is damaged or incomplete.
+    `only_driven` reads only the ways of the first selection, and neither relations nor things; `surroundings` reads
+    what scenes have beside roads as well. Raises `InputError` if the file is damaged or incomplete.
     """
     choices = tuple(dict.fromkeys(driven))
     with readable(file):
-        ways, relations, mixed = _read_ways_and_relations(file, choices, only_driven)
+        outlines = _read_outlines(file) if surroundings else None
+        ways, relations, mixed = _read_ways_and_relations(file, choices, only_driven, outlines)
         things = np.zeros(0, np.int64) if only_driven else _read_things(file)
         refs = np.array(ways.refs, np.int64)
         ids, lon, lat, node_at, ordered = _read_nodes(file, np.union1d(refs, things))
@@ -145,11 +180,15 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = 
         file=file,
         way_ids=way_ids,
         way_current=_current(way_ids, ways.versions, ways.gone),
+        way_read=np.array(ways.read, np.bool_),
+        way_shown=np.array(ways.shown, np.bool_),
         first=first,
         row=row,
         driven={choice: np.array(found, np.bool_) for choice, found in ways.driven.items()},
         relation_ids=relation_ids,
         relation_current=_current(relation_ids, relations.versions, relations.gone),
+        relation_read=np.array(relations.read, np.bool_),
+        outlines=outlines,
         member_ways=relations.ways,
         member_nodes=relations.nodes,
         node_ids=ids,
@@ -161,33 +200,47 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = 
     )
 
 
+def _read_outlines(file: OsmFile) -> frozenset[int]:
+    """Return the ids of the ways of all multipolygons that scenes show."""
+    found: Any = osmium.FileProcessor(handle(file), osmium.osm.RELATION)
+    found.with_filter(osmium.filter.TagFilter(("type", AREA_TYPE)))
+    return frozenset(
+        member.ref for item in found if in_surroundings(item.tags) for member in item.members if member.type == "w"
+    )
+
+
 def _read_ways_and_relations(
-    file: OsmFile, choices: Sequence[Driven], only_driven: bool
+    file: OsmFile, choices: Sequence[Driven], only_driven: bool, outlines: AbstractSet[int] | None
 ) -> tuple[_Ways, _Relations, bool]:
     """Read ways and relations, and return whether any relation stands before a way as well."""
     ways = _Ways(
-        array("q"), array("q"), array("b"), array("q"), array("q"), {choice: array("b") for choice in choices}
+        *(array("q"), array("q"), array("b"), array("b"), array("b")),
+        *(array("q"), array("q"), {choice: array("b") for choice in choices}),
     )
-    relations = _Relations(array("q"), array("q"), array("b"), [], [])
+    relations = _Relations(array("q"), array("q"), array("b"), array("b"), [], [])
     mixed = False
-    for item in ways_and_relations_of(file):
+    for item, read in ways_and_relations_of(file, outlines):
         if item.is_way():
             mixed |= len(relations.ids) > 0
-            _add_way(item, file, ways, only_driven)
+            _add_way(item, file, ways, only_driven, read, outlines is not None and in_surroundings(item.tags))
         elif not only_driven:
-            _add_relation(item, file, relations)
+            _add_relation(item, file, relations, read)
     return ways, relations, mixed
 
 
-def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
+def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool, read: bool, shown: bool) -> None:
     tags = {tag.k: tag.v for tag in way.tags} if way.tags.get("highway") in HIGHWAYS else None
     number = way.id
-    on = [number in choice.kept or (tags is not None and _is_driven(tags, choice)) for choice in out.driven]
+    on = [
+        (read and number in choice.kept) or (tags is not None and _is_driven(tags, choice)) for choice in out.driven
+    ]
     if only_driven and not on[0]:
         return
     out.ids.append(number)
     out.versions.append(way.version)
     out.gone.append(way.deleted or ("way", number) in file.deleted)
+    out.read.append(read)
+    out.shown.append(shown)
     nodes = way.nodes
     out.lengths.append(len(nodes))
     # Not `for node in nodes`, which takes two more calls for each.
@@ -196,11 +249,12 @@ def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
         found.append(is_on)
 
 
-def _add_relation(relation: Any, file: OsmFile, out: _Relations) -> None:
+def _add_relation(relation: Any, file: OsmFile, out: _Relations, read: bool) -> None:
     number = relation.id
     out.ids.append(number)
     out.versions.append(relation.version)
     out.gone.append(relation.deleted or ("relation", number) in file.deleted)
+    out.read.append(read)
     members = [(member.type, member.ref) for member in relation.members]
     for kind, refs in (("w", out.ways), ("n", out.nodes)):
         refs.append(np.array([ref for of_kind, ref in members if of_kind == kind], np.int64))

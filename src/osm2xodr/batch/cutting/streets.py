@@ -137,6 +137,12 @@ def make_node_cells(source: Source, rows: IntArray) -> Cells:
     return _unique_cells(row * _COLUMNS + column, rows, np.zeros(0, np.int64))
 
 
+def only(cells: Cells, kept: BoolArray) -> Cells:
+    """Return the cells without the items (items,) that are not kept."""
+    at = kept[cells.items]
+    return Cells(cells.keys[at], cells.items[at], cells.everywhere[kept[cells.everywhere]])
+
+
 def _cell(lon: FloatArray, lat: FloatArray) -> tuple[IntArray, IntArray]:
     column = np.floor((lon + 180.0) / _CELL_DEG).astype(np.int64)
     return np.clip(column, 0, _COLUMNS - 1), np.floor((lat + 90.0) / _CELL_DEG).astype(np.int64)

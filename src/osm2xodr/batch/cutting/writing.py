@@ -14,7 +14,7 @@ import numpy as np
 import osmium
 
 from osm2xodr.batch.cutting.choice import Choice
-from osm2xodr.batch.cutting.source import Source, nodes_of, ways_and_relations_of
+from osm2xodr.batch.cutting.source import Source, nodes_of, ways_and_relations_of, without_roads
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.model import IntArray
 from osm2xodr.osmParsing import close_writer, readable
@@ -92,6 +92,9 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
     place = source.node_ids if by_id else source.node_at
     nodes = _Users([np.sort(place[target.choice.nodes]) for target in targets])
     ways = _Users([target.choice.ways for target in targets])
+    # Conversions read nothing of these.
+    corners = _Users([np.sort(place[target.choice.more_nodes]) for target in targets])
+    outlines = _Users([target.choice.more_ways for target in targets])
     relations = _Users([target.choice.relations for target in targets])
     writers: list[Any] = []
     # All are closed, also where one of them cannot be.
@@ -103,15 +106,21 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
             writers.append(writer)
         with readable(source.file):
             # Where ids do not identify nodes, their position in the file does.
-            for number, node in enumerate(nodes_of(source.file, nodes.keys if by_id else source.node_ids)):
-                if users := nodes.take(node.id if by_id else number):
+            wanted = np.union1d(nodes.keys, corners.keys) if by_id else source.node_ids
+            for number, node in enumerate(nodes_of(source.file, wanted)):
+                key = node.id if by_id else number
+                if users := nodes.take(key):
                     _add(node, users, targets, writers)
+                if users := corners.take(key):
+                    _add(node.replace(tags={}), users, targets, writers)
             way_places, relation_places = count(), count()
-            for item in ways_and_relations_of(source.file):
-                users = ways.take(next(way_places)) if item.is_way() else relations.take(next(relation_places))
-                if users:
+            for item, _ in ways_and_relations_of(source.file, source.outlines):
+                key = next(way_places if item.is_way() else relation_places)
+                if users := (ways if item.is_way() else relations).take(key):
                     _add(item, users, targets, writers)
-        if not (nodes.complete and ways.complete and relations.complete):
+                if item.is_way() and (users := outlines.take(key)):
+                    _add(item.replace(tags=without_roads(item.tags)), users, targets, writers)
+        if not all(users.complete for users in (nodes, ways, relations, corners, outlines)):
             raise InputError(f"{source.file.path} has changed while it was read; start again")
 
 

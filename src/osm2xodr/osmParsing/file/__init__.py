@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.osmParsing.file.areas import (
+    AREA_TYPE,
     RawArea,
     known_pieces,
     places_of,
@@ -29,6 +30,7 @@ from osm2xodr.osmParsing.file.reader import (
 from osm2xodr.osmParsing.file.writer import close_writer
 
 __all__ = [
+    "AREA_TYPE",
     "RELATION_TYPES",
     "UNITS_PER_DEGREE",
     "OsmFile",

@@ -13,6 +13,8 @@ from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file.file_format import OsmFile
 from osm2xodr.osmParsing.file.reader import RawNodes, handle, readable
 
+# Type of relations that are areas (OSM wiki, Relation:multipolygon).
+AREA_TYPE: Final = "multipolygon"
 # Fewer nodes make no area, with the first one at the end again.
 _LEAST_NODES: Final = 4
 
@@ -48,7 +50,7 @@ def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawAr
             if item.is_way():
                 if not item.deleted and ("way", item.id) not in file.deleted:
                     ways[item.id] = [node.ref for node in item.nodes], tags
-            elif tags.get("type") == "multipolygon" and ("relation", item.id) not in file.deleted:
+            elif tags.get("type") == AREA_TYPE and ("relation", item.id) not in file.deleted:
                 members: dict[str, list[int]] = {"outer": [], "inner": []}
                 for member in item.members:
                     if member.type == "w":
