@@ -23,7 +23,7 @@ from osm2xodr.geometry.heights import (
     connector_profiles,
     solve_profiles,
 )
-from osm2xodr.geometry.junctions import RoadOptions, street_places
+from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
@@ -113,7 +113,8 @@ def build_roads(
         on_lanes(road_map)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
-    floor = lay_floor(through, network.rule, Faces.of(plan.parts, through))
+    faces = Faces.of(plan.parts, through)
+    floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout))
     holes = tuple(_islands(network, plan, through, floor.holes))
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor))
     islands, left_out = raised_islands(network.roadside, road_map, holes)
@@ -129,6 +130,13 @@ def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolA
         junction = problem.end_junction.ravel()
         out[junction[(junction >= 0) & (solution.end_superelevation.ravel() != 0.0)]] = True
     return out
+
+
+def _round_islands(network: StreetNetwork, layout: JunctionLayout) -> frozenset[int]:
+    """Return the junctions whose loops go round an island (OSM wiki, Tag:highway=turning_loop)."""
+    loops = {node for node, tags in network.node_tags.items() if tags.get("highway") == "turning_loop"}
+    ids = [item.osm_node_id for item in network.intersections] if loops else []
+    return frozenset(k for k, nodes in enumerate(layout.nodes) if loops and any(ids[node] in loops for node in nodes))
 
 
 def _islands(

@@ -17,7 +17,7 @@ from osm2xodr.geometry.junctions.movements import Loop
 from osm2xodr.geometry.junctions.road_parts import without_idle_junctions
 from osm2xodr.geometry.junctions.turnarounds import add_turnarounds, draw_loops
 from osm2xodr.geometry.plan_view.streets import fit_streets
-from osm2xodr.model import PlanView, Road, RoadMap, Rule
+from osm2xodr.model import LaneType, PlanView, Road, RoadMap, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 _LINE = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}
@@ -70,6 +70,22 @@ def test_a_turning_circle_is_driven_round_its_node(tags: str, radius: float, rul
     start = measures.pose(street, 0.0)
     assert measures.pose(loop, middle).gap(start) == pytest.approx(80.0 + radius, abs=0.05)
     assert measures.pose(loop, middle).turn(start) == pytest.approx(math.pi / 2, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "middle"),
+    [
+        ("turning_circle", LaneType.SHOULDER),
+        ("mini_roundabout", LaneType.SHOULDER),
+        ("turning_loop", LaneType.BORDER),
+    ],
+)
+def test_a_turning_circle_is_paved_but_a_loop_goes_round_something(kind: str, middle: LaneType) -> None:
+    case = Case(_LINE, {1: ("w o", "width=6 lanes=2")}, node_tags={"o": f"highway={kind}"})
+    ((_, loop),) = _loops(_built(case, Rule.RIGHT_HAND))
+    (inner,) = (lane for lane in loop.lane_sections[0].lanes if lane.id > 0)
+    assert inner.type is middle
+    assert max(width.a for width in inner.widths) == pytest.approx(6.0 - 1.5 - 0.25, abs=0.02)
 
 
 @EITHER

@@ -105,6 +105,24 @@ def test_all_corners_of_a_crossing(rule: Rule) -> None:
 
 
 @EITHER
+def test_a_sidewalk_leads_round_a_turning_circle(rule: Rule) -> None:
+    """Cars go round at 6 m, in lanes of 3 m; the sidewalk of 2 m lies beyond, 7.5 to 9.5 m off."""
+    nodes, ways = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}, {1: ("w o", "width=6 lanes=2")}
+    told = Diagnostics()
+    case = Case(nodes, ways, node_tags={"o": "highway=turning_circle"})
+    roads = built(case, everywhere(case), rule, diagnostics=told)
+    assert_sound(roads)
+    (walk,) = corners(roads)
+    assert ways_joined(roads) == {frozenset({(1, False), (1, True)})}
+    measures = RoadMeasures(roads)
+    (loop,) = (road for road in roads.roads if road.junction is not None and road is not walk)
+    half = measures.pose(loop, measures.length(loop) / 2)
+    places = middle_of(roads, walk, np.linspace(0.25, 0.75, 7).tolist())
+    assert [math.hypot(x - (half.x - 6.0), y - half.y) for x, y in places] == pytest.approx([8.5] * 7, abs=0.01)
+    assert "sidewalk-corner" not in [item.code for item in told]
+
+
+@EITHER
 def test_a_corner_runs_along_the_edge_of_the_turn(rule: Rule) -> None:
     """Lanes are 3 m, sidewalks 2 m wide: the strip lies 1.5 to 3.5 m from the middle of the lane that turns."""
     case = wide(X)

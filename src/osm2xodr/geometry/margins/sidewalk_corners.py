@@ -159,7 +159,8 @@ def _pairs(
             passed = tuple(takewhile(partial(_is_passed, parts, walks, first.type), beyond))
             following = beyond[len(passed)] if len(passed) < len(beyond) else end
             second = walks.get((following, -incoming if following % 2 == 0 else incoming))
-            if following == end or following not in connected or second is None:
+            # A sidewalk leads back to its own arm round the loop of a dead end alone.
+            if (following == end and len(around) > 1) or following not in connected or second is None:
                 continue
             if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
                 continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,6 +14,7 @@ from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.faces import Faces
 from osm2xodr.geometry.pavement.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
 from osm2xodr.geometry.pavement.islands import Hole, find_holes
+from osm2xodr.geometry.pavement.loops import fill_loops
 from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
@@ -46,14 +48,19 @@ class Floor:
     holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
 
 
-def lay_floor(roads: ConnectingRoads, rule: Rule, faces: Faces | None = None) -> Floor:
-    """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose."""
+def lay_floor(
+    roads: ConnectingRoads, rule: Rule, faces: Faces | None = None, unpaved: AbstractSet[int] = frozenset()
+) -> Floor:
+    """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose.
+
+    `unpaved` are the junctions whose loops go round something else than pavement.
+    """
     if not len(roads.length):
         return Floor({}, {})
     edges = LaneEdges.of(roads, rule)
     known, number = np.unique(roads.junction, return_inverse=True)
     junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
-    parts = [_laid(rows, junction[rows], roads, edges, faces) for rows in _batches(roads, junction)]
+    parts = [_laid(rows, junction[rows], roads, edges, faces, unpaved) for rows in _batches(roads, junction)]
     found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
@@ -74,13 +81,20 @@ def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
 
 
 def _laid(
-    rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges, faces: Faces
+    rows: IntArray,
+    junction_of: IntArray,
+    roads: ConnectingRoads,
+    edges: LaneEdges,
+    faces: Faces,
+    unpaved: AbstractSet[int],
 ) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
     """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and holes.
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs.
     """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
+    in_loops, loops_paved = fill_loops(sections, rows, roads, unpaved)
+    sections = sections.widened(in_loops, loops_paved)
     known, of = np.unique(junction_of, return_inverse=True)
     number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
@@ -88,6 +102,9 @@ def _laid(
     grids = find_gaps(sections, junction, cars, faces)
     holes = find_holes(grids, cars)
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
+    # These are whole, whatever cells show where their cross sections are far from each other.
+    fixed = in_loops > 0.0
+    width, paved = np.where(fixed, in_loops, width), np.where(fixed, loops_paved, paved)
     for _ in range(_PASSES - 1):
         # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
         again = np.flatnonzero(with_gap[junction])
@@ -97,6 +114,7 @@ def _laid(
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
         found = find_gaps(here, renumbered, cars, faces.within(junctions))
         more, of_these, left = _strips(found, here, renumbered, roads, edges)
+        more[fixed[:, again]] = 0.0
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
         width[:, again] += more
         with_gap[junctions] = left

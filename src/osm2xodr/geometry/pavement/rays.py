@@ -88,11 +88,16 @@ def room_inside(sections: CrossSections, side: int, k: IntArray) -> FloatArray:
     A bend may begin between two cross sections, and widths are linear there.
     """
     edge = sections.edge(np.array(side), k)
+    return np.asarray((1.0 - _LEAST_SHARE) / bend_beside(sections, np.array(side), k) - side * edge)
+
+
+def bend_beside(sections: CrossSections, side: IntArray, k: IntArray) -> FloatArray:
+    """Return the largest curvature towards a side at the k-th cross sections and those beside them, (n,), 1/m."""
     bend = np.full(len(k), 1e-9)
     for other in (k, np.maximum(k - 1, 0), np.minimum(k + 1, len(sections.road) - 1)):
         same = sections.road[other] == sections.road[k]
         bend = np.where(same, np.maximum(bend, side * sections.curvature[other]), bend)
-    return np.asarray((1.0 - _LEAST_SHARE) / bend - side * edge)
+    return bend
 
 
 def meet(
