@@ -15,7 +15,9 @@ from osm2xodr.geometry.pavement.rays import bend_beside
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Strips end this far before the middle of a loop, m: cross sections meet there.
-_MIDDLE: Final = 0.25
+_MIDDLE: Final = 0.2
+# By how much strips reach beyond the middle of the arm, as a share of their width: readers draw them with chords.
+_BEYOND: Final = 0.05
 # Least sine of the angle between a cross section and the line that it is to reach.
 _LEAST_SINE: Final = 1e-3
 
@@ -51,7 +53,7 @@ def fill_loops(
     # A cross section along that line ends before the middle of the loop alone.
     to_middle = np.where(np.abs(sine) > _LEAST_SINE, off / np.where(sine == 0.0, 1.0, sine), np.inf)
     within = np.maximum(1.0 / bend_beside(sections, side, k) - _MIDDLE - side * edge, 0.0)
-    reach = np.clip(to_middle, 0.0, within)
+    reach = np.clip((1.0 + _BEYOND) * to_middle, 0.0, within)
     row = (side < 0).astype(np.int64)
     width[row, k] = reach
     paved[row, k] = ~np.isin(roads.junction[loops], sorted(unpaved))[loop] & (reach > 0.0)

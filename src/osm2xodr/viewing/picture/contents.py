@@ -183,20 +183,22 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
         advance(0.15 + 0.55 * strip / len(scene.strip_road))
         grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
         first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
-        rows = _rows(scene.s[first : first + len(grid)], 1.0 / scale)
-        grid = grid[rows]
+        stations = slice(first, first + len(grid))
+        rows = _rows(scene.s[stations], 1.0 / scale)
+        grid, heading = grid[rows], scene.heading[stations][rows]
         shapes: list[Shape] = []
         layers.append(shapes)
         junction = int(file.roads.junction[scene.strip_road[strip]])
         floor = lowest.setdefault(junction, shapes) if junction >= 0 else shapes
         if lane_colour is not None:
             shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
+            halves = _halves(heading)
             for a, b in _runs(shades):
-                area = Polygon(_band(grid, 0, len(grid) - 1, a, b), shades[a])
+                areas = [Polygon(_band(grid, top, end, a, b), shades[a]) for top, end in halves]
                 if file.lanes.type[int(scene.lane[lane + a])] == _FLOOR:
-                    floor.insert(0, area)
+                    floor[:0] = areas
                 else:
-                    shapes.append(area)
+                    shapes += areas
         elif station_colour is not None:
             shades = [station_colour[first + row] for row in rows[:-1]]
             for a, b in _runs(shades):
@@ -264,6 +266,17 @@ def _runs(shades: list[str]) -> list[tuple[int, int]]:
     """Return first and last row, exclusive, of neighbours of one colour."""
     ends = [k for k in range(1, len(shades)) if shades[k] != shades[k - 1]]
     return list(zip([0, *ends], [*ends, len(shades)], strict=True))
+
+
+def _halves(heading: FloatArray) -> list[tuple[int, int]]:
+    """Return first and last rows of the parts that a strip is drawn in, by its headings, (n,), rad.
+
+    Where a road turns by more than half a circle, what lies on either side of it may meet itself, and an area that
+    overlaps itself would have a hole there.
+    """
+    last = len(heading) - 1
+    turns_back = bool(np.ptp(np.unwrap(heading)) > math.pi)
+    return [(0, last // 2), (last // 2, last)] if turns_back and last > 1 else [(0, last)]
 
 
 def _band(grid: FloatArray, top: int, bottom: int, left: int, right: int) -> FloatArray:
