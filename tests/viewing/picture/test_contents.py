@@ -12,12 +12,15 @@ import numpy as np
 import pytest
 from lxml import etree
 from PIL import Image
+from street_cases import Case
 from viewed_file import HOSTILE, viewed_file
 from xodr_text import document, road
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
-from osm2xodr.model import IntArray
+from osm2xodr.model import IntArray, Rule
+from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.space import frame_of
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, write_picture
@@ -26,6 +29,7 @@ from osm2xodr.viewing.picture.contents import Picture, box_of_degrees, make_pict
 from osm2xodr.viewing.picture.png import draw_png
 from osm2xodr.viewing.picture.shapes import HATCHING, Line, Polygon
 from osm2xodr.viewing.picture.svg import draw_svg
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 # 800 pixels for 160 m: five per metre.
 BOX = (0.0, -40.0, 160.0, 40.0)
@@ -55,6 +59,19 @@ def test_lanes_lie_where_they_should(file: OpenDrive) -> None:
     assert at(image, 50.0, 8.0) == at(image, 50.0, -6.0) == (0xF6, 0xF7, 0xF5)
     # The bend has left the axis by 2 m after 20 m of 100 m radius.
     assert at(image, 159.5, 2.0) == (0x5D, 0x6B, 0x7A)
+
+
+def test_a_turning_circle_has_no_hole(tmp_path: Path) -> None:
+    """Its strip meets itself between the curves into the circle and out of it; only the centre stays open."""
+    nodes, ways = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}, {1: ("w o", "width=6 lanes=2")}
+    roads = Case(nodes, ways, node_tags={"o": "highway=turning_circle"}).build(Rule.RIGHT_HAND)
+    with (tmp_path / "loop.xodr").open("wb") as stream:
+        write_xodr(roads, stream, WriteOptions(), Diagnostics())
+    # The origin is half-way along the street.
+    image = image_of(read_xodr(tmp_path / "loop.xodr"), PictureOptions((30.0, -8.0, 50.0, 8.0), 400))
+    rows, columns = np.nonzero(np.all(image[:320] == (0xF6, 0xF7, 0xF5), axis=2))
+    off = np.hypot(columns / 20.0 - 10.0, 8.0 - rows / 20.0)
+    assert 0.0 < off[off < 7.0].max() < 0.45
 
 
 def test_svg_holds_the_same_areas(file: OpenDrive) -> None:
