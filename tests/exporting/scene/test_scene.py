@@ -14,13 +14,15 @@ from glb_reader import read_glb
 from scene_cases import crossing
 from scene_files import Conversions, scene_named
 from scipy.spatial import cKDTree
+from xodr_text import read_text
 
 from osm2xodr.errors import InputError, OptionError, OutputError
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 from osm2xodr.exporting.scene.tiles import in_single_precision, tiles_of
 from osm2xodr.library import export_scene
-from osm2xodr.model import FloatArray
+from osm2xodr.model import FloatArray, Surroundings, Water
+from osm2xodr.opendrive import Header, frame_of
 
 BRIDGE = '<objects><bridge id="b" s="20" length="60" type="concrete"/></objects>'
 TUNNEL = '<objects><tunnel id="t" s="20" length="60" type="standard" lighting="1" daylight="0"/></objects>'
@@ -101,6 +103,30 @@ def test_marks_lie_on_the_road(tmp_path: Path) -> None:
     assert {item.material for item in sign} == {"#c1272d", "#ffffff", "sign_back"}
     assert min(float(item.vertices[:, 2].min()) for item in sign) == pytest.approx(100 + 0.02 * 30 + 3, abs=0.01)
     assert "Vegetation" in {item.name for item in scene.parts}
+
+
+def test_what_lies_on_the_road_has_its_material_not_the_colour_of_maps(tmp_path: Path) -> None:
+    rail = (
+        '<object id="90" type="patch" subtype="tramTrack" s="20" t="1" zOffset="0" hdg="0" length="30" width="0.07"/>'
+    )
+    repair = '<object id="91" type="patch" s="45" t="1" zOffset="0" hdg="0" length="3" width="2"/>'
+    network(tmp_path)
+    text = (tmp_path / "map.xodr").read_text(encoding="utf-8")
+    file = read_text(tmp_path, text.replace("</objects>", f"{rail}{repair}</objects>", 1))
+    scene = make_scene(file, 0.05, 10.0, None, None, 500.0)
+    size = {item.material: np.ptp(item.vertices[:, 0]) for item in scene.parts if item.name == "Static"}
+    assert size == {"metal": pytest.approx(30.0, abs=0.01), "asphalt": pytest.approx(3.0, abs=0.01)}
+
+
+def test_lines_tagged_as_water_are_said(tmp_path: Path) -> None:
+    frame, why = frame_of(Header((1, 7), {}, "+proj=tmerc +lat_0=47 +lon_0=11 +datum=WGS84", None))
+    assert frame is not None, why
+    around = Surroundings((), Water(unclosed=("way/7", "way/8")))
+    scene = make_scene(network(tmp_path), 0.05, 10.0, None, (around, frame), 500.0)
+    assert scene.notes == (
+        "not closed, though tagged as areas of water, and left out (2): way/7, way/8",
+        "0 buildings",
+    )
 
 
 @pytest.mark.parametrize("name", ["montlake_roundabout", "fremantle_placement"])
