@@ -37,7 +37,7 @@ def rectangle(west: float, south: float, east: float, north: float) -> FloatArra
 
 
 def shapes(water: Water) -> WaterShapes:
-    return water_shapes(water, frame(), BOX, ON_LAND)
+    return water_shapes(water, frame(), BOX, ON_LAND if water.open_areas else ON_LAND[:0])
 
 
 def found_at(water: Water, *at: tuple[float, float]) -> list[bool]:

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
+from osm2xodr.exporting.scene.ground.coast import sea_of
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
@@ -19,7 +20,7 @@ from osm2xodr.exporting.scene.ground.defaults import (
     WATER_REACH,
     WATER_SAMPLE,
 )
-from osm2xodr.exporting.scene.ground.open_water import beside_shores, closed_water
+from osm2xodr.exporting.scene.ground.open_water import closed_water
 from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
@@ -27,7 +28,7 @@ from osm2xodr.opendrive import Frame
 
 # Corners along the northern and southern side of a rectangle of longitude and latitude, which is bent.
 _SIDE: Final = 16
-# How far ends of coasts, and of shores in files without bounds, lie within the rectangle to whose sides they go, m.
+# How far shores in files without bounds lie within the rectangle to whose sides they go, m.
 _MARGIN: Final = 50.0
 # Lower steps between water and land are none, m.
 _LEAST_WALL: Final = 0.01
@@ -75,8 +76,10 @@ def water_shapes(water: Water, frame: Frame, roads: FloatArray, on_land: FloatAr
     """Return the water around roads, whose surface has vertices (n, 2 or 3), m, some of them on land (n, 2 or 3)."""
     low, high = roads[:, :2].min(0) - 2.0 * WATER_REACH, roads[:, :2].max(0) + 2.0 * WATER_REACH
     box = shapely.box(*low, *high)
-    coast = _sea(_places(water.coastlines, frame), box)
-    sea = [part for shape in coast for part in polygons_of(shapely.intersection(shape, box))]
+    lines = [line for line in _places(water.coastlines, frame) if np.isfinite(line).all()]
+    sea = [
+        part for shape in sea_of(lines, box, on_land[:, :2]) for part in polygons_of(shapely.intersection(shape, box))
+    ]
     inland = []
     for area in water.areas:
         outline, *holes = _places((area.outline, *area.holes), frame)
@@ -139,33 +142,6 @@ def _places(rings: Sequence[FloatArray], frame: Frame) -> list[FloatArray]:
         return []
     xy = np.column_stack(frame.to_inertial(*np.concatenate(rings).T))
     return np.split(xy, np.cumsum([len(ring) for ring in rings])[:-1])
-
-
-def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
-    """Return the areas in and around a rectangle that lie on the right of coastlines.
-
-    Lines that end within the file, as where it was cut out, go straight on to the nearest side of a rectangle around
-    all of them.
-    """
-    lines = [line for line in lines if np.isfinite(line).all()]
-    if not lines:
-        return []
-    merged = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines), directed=True))
-    around = shapely.box(*shapely.total_bounds(np.array([box, *merged], object))).buffer(_MARGIN, join_style="mitre")
-    side = shapely.get_exterior_ring(around)
-    ends = [
-        shapely.shortest_line(shapely.get_point(line, k), side)
-        for line in merged
-        if not shapely.is_closed(line)
-        for k in (0, -1)
-    ]
-    areas = shapely.get_parts(shapely.polygonize([shapely.union_all([*merged, *ends, side])]))
-    left, right, length = beside_shores(merged)
-    tree, share = shapely.STRtree(areas), np.zeros(len(areas))
-    for places, way in ((right, 1.0), (left, -1.0)):
-        at, area = tree.query(shapely.points(places), predicate="intersects")
-        share += way * np.bincount(area, weights=length[at], minlength=len(areas))
-    return list(areas[share > 0.0])
 
 
 def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> WaterShapes:
