@@ -208,6 +208,20 @@ def test_the_sea_goes_on_where_the_ground_ends_and_has_whole_moles() -> None:
         assert mole[..., 1].min() == pytest.approx(-290.0)
 
 
+def test_rivers_that_fall_are_whole_from_bank_to_bank() -> None:
+    surface = strips(straight(LONG))
+    river = shapes(Water((WaterArea("way/1", rectangle(-600.0, -300.0, 800.0, -80.0), ()),)))
+    ground = made(surface, lambda x, y: 17.0 + 0.01 * x, river)
+    for detail in range(3):
+        wet = corners_of(ground, "Water", detail)
+        at = wet[(wet[..., 0] > 0.0).all(1) & (wet[..., 0] < 200.0).all(1)].reshape(-1, 3)
+        assert (at[:, 1].min(), at[:, 1].max()) == pytest.approx((-300.0, -80.0), abs=0.05)
+        assert wet[..., 2] == pytest.approx(17.0 + 0.01 * wet[..., 0], abs=1e-6)
+        # 20 m are the largest squares, and there is no ground on the other side.
+        assert areas(wet)[1].max() == pytest.approx(200.0)
+        assert corners_of(ground, "Terrain", detail)[..., 1].min() > -110.0
+
+
 def test_without_water_the_ground_is_the_same() -> None:
     surface = strips(straight(LONG))
     one, other = (made(surface, lambda x, y: np.full(len(x), 17.0), found) for found in (None, shapes(Water())))

@@ -85,11 +85,12 @@ def build_ground(
     flat = flat[flat[:, 0] != flat[:, 1]]
     above, below = (_points_of(surface, level) for level in (Level.BRIDGE, Level.TUNNEL))
     others = np.concatenate([above, below])[:, :2]
-    level = None if water is None or np.isnan(water.levels).all() else water.level_at
-    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH, level)
+    found = None if water is None or height is None or not water.areas else water.found_at
+    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH, found)
     x, y = (axis.ravel() for axis in cells.node_xy())
     limits = _limits(points[edges], beyond, above, below)
-    there, closed = _base(cells, known(x, y).reshape(cells.nodes))
+    level = np.append(np.zeros(0) if water is None else water.levels, np.nan)[cells.water]
+    there, closed = _base(known(x, y).reshape(cells.nodes), level)
     base, inside = with_strips(cells, closed, limits.xyz[limits.normal.any(1)])
     z = node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz))
     lost, guessed = (cells.inside > 0.0) & (inside < 0.0), (inside > 0.0) & np.isnan(there) & ~np.isnan(closed)
@@ -115,17 +116,17 @@ def build_ground(
     return Ground(kept, cells, z, water, *(GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed)))
 
 
-def _base(cells: Cells, known: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return heights of corners, (rows, columns), m, where they are `known` or water is level, and with gaps closed.
+def _base(known: FloatArray, level: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return heights of corners, (rows, columns), m: those `known` or of `level` water, and the same without gaps.
 
     Below level water that the elevation model does not know the ground is as high as the land beside it, lest shores
     that lie between corners rise and fall.
     """
-    there = np.where(np.isnan(known), cells.level, known)
+    there = np.where(np.isnan(known), level, known)
     closed = interpolated(there)
-    below = np.isnan(known) & np.isfinite(cells.level)
+    below = np.isnan(known) & np.isfinite(level)
     if below.any() and not below.all():
-        closed = np.where(below, np.maximum(continued(np.where(below, np.nan, closed)), cells.level), closed)
+        closed = np.where(below, np.maximum(continued(np.where(below, np.nan, closed)), level), closed)
     return there, closed
 
 

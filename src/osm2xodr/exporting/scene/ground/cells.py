@@ -47,10 +47,10 @@ class Cells:
     row: int
     ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `GROUND_BLOCK` x `GROUND_BLOCK`
     near: BoolArray  # (rows, columns) Squares with a road on them or too close to one: they are not whole
-    # (rows + 1, columns + 1) How far corners lie within the outline of land and of level water, m; negative beyond it
+    # (rows + 1, columns + 1) How far corners lie within the outline of land and of water, m; negative beyond it
     inside: FloatArray
     inside_water: FloatArray
-    level: FloatArray  # (rows + 1, columns + 1) Height of level water at corners, m; NaN where there is none
+    water: IntArray  # (rows + 1, columns + 1) The area of water in which corners lie; -1 for none
 
     @property
     def nodes(self) -> tuple[int, int]:
@@ -131,18 +131,18 @@ def cells_around(
     end: FloatArray,
     others: FloatArray,
     reach: float = REACH,
-    level: Callable[[FloatArray, FloatArray], FloatArray] | None = None,
+    found: Callable[[FloatArray, FloatArray], IntArray] | None = None,
 ) -> Cells:
-    """Return the squares up to `reach` metres from roads on the ground, and those of level water beyond.
+    """Return the squares up to `reach` metres from roads on the ground, and those of water beyond.
 
     `start` and `end`, (n, 2), are those of the rim's edges, which have the road on their left, m; `others`, (k, 2),
-    are points of roads that are not on the ground. `level` gives the heights of level water at x, y (n,), m, NaN
-    where there is none. `InputError` if roads span too much for the memory.
+    are points of roads that are not on the ground. `found` gives the area of water at x, y (n,), m, -1 where there
+    is none. `InputError` if roads span too much for the memory.
     """
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
     size = GROUND_CELL * GROUND_BLOCK
-    margin = int(np.ceil((reach if level is None else max(reach, WATER_REACH)) / size)) + 3
+    margin = int(np.ceil((reach if found is None else max(reach, WATER_REACH)) / size)) + 3
     low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
     low, high = low - margin, high + margin + 1
     columns, rows = (high - low).tolist()
@@ -155,12 +155,12 @@ def cells_around(
     away = ndimage.distance_transform_edt(~occupied, sampling=size)
     column, row = (GROUND_BLOCK * low).tolist()
     inside = _closed(_inside(points, away, column, row, reach), reach)
-    water, beyond = np.full_like(inside, np.nan), inside
-    if level is not None:
+    water, beyond = np.full(inside.shape, -1), inside
+    if found is not None:
         x, y = _node_xy(column, row, *inside.shape[::-1])
-        water = level(x.ravel(), y.ravel()).reshape(inside.shape)
+        water = found(x.ravel(), y.ravel()).reshape(inside.shape)
         far = _closed(_inside(points, away, column, row, WATER_REACH), WATER_REACH)
-        inside, beyond = _with_water(inside, far, ~np.isnan(water), reach)
+        inside, beyond = _with_water(inside, far, water >= 0, reach)
     within = np.zeros((rows, columns), np.bool_)
     for i in range(GROUND_BLOCK + 1):
         for j in range(GROUND_BLOCK + 1):

@@ -30,11 +30,9 @@ def leaf_sizes(cells: Cells, detail: int, tile: float) -> IntArray:
     )
     border = rows[:, None] | columns
     out = cells.ground.astype(np.int64)
-    level = cells.level
-    # Water is level: it needs no small squares.
-    water = (
-        (level[1:, 1:] == level[1:, :-1]) & (level[:-1, 1:] == level[:-1, :-1]) & (level[1:, 1:] == level[:-1, 1:])
-    )
+    # Water is smooth: it needs no small squares.
+    wet = cells.water >= 0
+    water = wet[1:, 1:] & wet[1:, :-1] & wet[:-1, 1:] & wet[:-1, :-1]
     pairs = _every(cells.ground & ~cells.near, 2)
     if detail == 0:
         pairs &= ~_every(~border, 2) | _every(water, 2)
