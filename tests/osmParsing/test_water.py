@@ -53,6 +53,7 @@ def test_water_of_some_seasons_underground_or_not_whole_is_left_out(tmp_path: Pa
     found = read_surroundings(Area(NODES, ways).write(tmp_path))
     assert found.water.areas == ()
     assert found.water.coastlines == ()
+    assert found.water.unclosed == ("way/12",)
     # What is known of an outline with nodes that are not in the file is kept.
     assert [(area.osm_id, [metres(line) for line in area.lines]) for area in found.water.open_areas] == [
         ("way/13", [[[0, 0], [20, 0]]])

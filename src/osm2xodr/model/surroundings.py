@@ -45,6 +45,7 @@ class Water:
     # no area is open
     bounds: tuple[float, float, float, float] | None = None
     coastlines: tuple[FloatArray, ...] = ()  # (n, 2) Longitude and latitude, degrees, WGS 84; the sea is on the right
+    unclosed: tuple[str, ...] = ()  # OSM ids of ways with the tags of areas that are lines
 
     def __post_init__(self) -> None:
         for line in self.coastlines:

@@ -36,26 +36,26 @@ def read_water(path: Path) -> Water:
         The file cannot be read or is not OSM data.
     """
     file = open_osm_file(path)
+    found, open_ones = read_areas(file, WATER_AREAS)
     areas = [
-        area
-        for area in read_areas(file, WATER_AREAS)[0]
-        if area.tags.get("intermittent") != "yes" and area.tags.get("tunnel", "no") == "no"
+        area for area in found if area.tags.get("intermittent") != "yes" and area.tags.get("tunnel", "no") == "no"
     ]
+    unclosed = tuple(osm_id for osm_id in open_ones if osm_id.startswith("way/"))
     coast = read_lines(file, COASTLINE)
     refs = [ring for area in areas for ring in (*area.outer, *area.inner, *area.lines)] + coast
     if not refs:
-        return Water()
+        return Water(unclosed=unclosed)
     nodes = read_nodes(file, np.unique(np.concatenate([np.array(ring, np.int64) for ring in refs])))
-    found, open_areas = [], []
+    whole, open_areas = [], []
     for area in areas:
         outlines, holes = rings_of(area, nodes)
-        found += [WaterArea(area.osm_id, outline, holes) for outline in outlines]
+        whole += [WaterArea(area.osm_id, outline, holes) for outline in outlines]
         lines = _open_lines(area, nodes)
         if lines:
             open_areas.append(OpenWater(area.osm_id, tuple(lines), holes))
     shores = (places_of(line, nodes, least=2) for line in coast)
     known = tuple(line for line in shores if line is not None)
-    return Water(tuple(found), tuple(open_areas), read_bounds(file) if open_areas else None, known)
+    return Water(tuple(whole), tuple(open_areas), read_bounds(file) if open_areas else None, known, unclosed)
 
 
 def _open_lines(area: RawArea, nodes: RawNodes) -> list[FloatArray]:

@@ -14,13 +14,16 @@ from glb_reader import read_glb
 from scene_cases import crossing
 from scene_files import Conversions, scene_named
 from scipy.spatial import cKDTree
+from xodr_text import read_text
 
 from osm2xodr.errors import InputError, OptionError, OutputError
+from osm2xodr.exporting.scene.carla import carla_names, tiles_info, without_gaps
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
-from osm2xodr.exporting.scene.tiles import in_single_precision, tiles_of
+from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
 from osm2xodr.library import export_scene
-from osm2xodr.model import FloatArray
+from osm2xodr.model import FloatArray, Surroundings, Water
+from osm2xodr.opendrive import Header, frame_of
 
 BRIDGE = '<objects><bridge id="b" s="20" length="60" type="concrete"/></objects>'
 TUNNEL = '<objects><tunnel id="t" s="20" length="60" type="standard" lighting="1" daylight="0"/></objects>'
@@ -103,6 +106,30 @@ def test_marks_lie_on_the_road(tmp_path: Path) -> None:
     assert "Vegetation" in {item.name for item in scene.parts}
 
 
+def test_what_lies_on_the_road_has_its_material_not_the_colour_of_maps(tmp_path: Path) -> None:
+    rail = (
+        '<object id="90" type="patch" subtype="tramTrack" s="20" t="1" zOffset="0" hdg="0" length="30" width="0.07"/>'
+    )
+    repair = '<object id="91" type="patch" s="45" t="1" zOffset="0" hdg="0" length="3" width="2"/>'
+    network(tmp_path)
+    text = (tmp_path / "map.xodr").read_text(encoding="utf-8")
+    file = read_text(tmp_path, text.replace("</objects>", f"{rail}{repair}</objects>", 1))
+    scene = make_scene(file, 0.05, 10.0, None, None, 500.0)
+    size = {item.material: np.ptp(item.vertices[:, 0]) for item in scene.parts if item.name == "Static"}
+    assert size == {"metal": pytest.approx(30.0, abs=0.01), "asphalt": pytest.approx(3.0, abs=0.01)}
+
+
+def test_lines_tagged_as_water_are_said(tmp_path: Path) -> None:
+    frame, why = frame_of(Header((1, 7), {}, "+proj=tmerc +lat_0=47 +lon_0=11 +datum=WGS84", None))
+    assert frame is not None, why
+    around = Surroundings((), Water(unclosed=("way/7", "way/8")))
+    scene = make_scene(network(tmp_path), 0.05, 10.0, None, (around, frame), 500.0)
+    assert scene.notes == (
+        "not closed, though tagged as areas of water, and left out (2): way/7, way/8",
+        "0 buildings",
+    )
+
+
 @pytest.mark.parametrize("name", ["montlake_roundabout", "fremantle_placement"])
 def test_real_scenes_are_sound(name: str, conversions: Conversions, tmp_path: Path) -> None:
     place = scene_named(name)
@@ -177,19 +204,53 @@ def test_what_cannot_be_read_leaves_the_old_scene(tmp_path: Path) -> None:
     assert sorted(path.name for path in target.iterdir()) == names
 
 
-def test_tiles_of_carla_count_from_the_north_west(tmp_path: Path) -> None:
+def test_tiles_of_carla_count_from_the_south_west(tmp_path: Path) -> None:
     network(tmp_path)
     files = export_scene(tmp_path / "map.xodr", tmp_path / "Import", carla="Bend", tile=100.0)
     names = sorted(path.name for path in files)
-    assert {"Bend.json", "Bend.xodr", "scene.json", "Bend_Tile_0_0.glb"} <= set(names)
+    assert {"Bend.json", "Bend.xodr", "scene.json", "TilesInfo.txt", "Bend_Tile_0_0.glb"} <= set(names)
     package = json.loads((tmp_path / "Import" / "Bend.json").read_text(encoding="utf-8"))
     (entry,) = package["maps"]
     assert (entry["name"], entry["xodr"], entry["tile_size"]) == ("Bend", "./Bend.xodr", 100.0)
     assert sorted(entry["tiles"]) == sorted(f"./{name[:-4]}.fbx" for name in names if name.endswith(".glb"))
-    # Rows to the south.
+    # x and y of CARLA, whose y is to the south; tile X, Y lies X and -Y tiles from the first one.
+    first_x, first_y, size = map(
+        float, (tmp_path / "Import" / "TilesInfo.txt").read_text(encoding="ascii").split(",")
+    )
+    assert size == 100.0
     manifest = json.loads((tmp_path / "Import" / "scene.json").read_text(encoding="utf-8"))
-    rows = {int(tile["file"].split("_")[3][:-4]): tile["bounds"][1][1] for tile in manifest["tiles"]}
-    assert [rows[k] for k in sorted(rows)] == sorted(rows.values(), reverse=True)
+    for tile in manifest["tiles"]:
+        column, row = (int(word) for word in tile["file"][:-4].split("_")[2:])
+        low, high = np.array(tile["bounds"])
+        middle = np.array([first_x + column * size, -(first_y - row * size)])
+        assert (low[:2] >= middle - 0.5 * size - 10.0).all()
+        assert (high[:2] <= middle + 0.5 * size + 10.0).all()
+        # Engines that know no levels of detail would show all of them.
+        assert not [part["name"] for part in tile["parts"] if "_LOD" in part["name"]]
+
+
+def test_what_fits_into_one_tile_is_no_large_map_of_carla(tmp_path: Path) -> None:
+    # It lies on both sides of y = 0.
+    network(tmp_path)
+    files = export_scene(tmp_path / "map.xodr", tmp_path / "Import", carla="Bend")
+    assert sorted(path.name for path in files) == ["Bend.glb", "Bend.json", "Bend.xodr", "scene.json"]
+    package = json.loads((tmp_path / "Import" / "Bend.json").read_text(encoding="utf-8"))
+    assert package == {
+        "maps": [{"name": "Bend", "xodr": "./Bend.xodr", "use_carla_materials": True, "source": "./Bend.fbx"}],
+        "props": [],
+    }
+
+
+def test_carla_gets_tiles_without_gaps() -> None:
+    points = np.array([(0.0, 0.0, 7.0), (1.0, 0.0, 7.0), (0.0, 1.0, 9.0)])
+    some = (Part("Building", "wall", points, points[:, :2].copy(), np.array([(0, 1, 2)])),)
+    tiles = without_gaps([Tile(2, -1, some), Tile(0, 1, some)], 100.0)
+    assert [(tile.column, tile.row) for tile in tiles] == [(0, -1), (1, -1), (2, -1), (0, 0), (0, 1)]
+    assert [tile.parts is some for tile in tiles] == [False, False, True, False, True]
+    patch = tiles[1].parts[0]
+    assert (patch.name, patch.vertices.mean(0).tolist()) == ("Terrain", [150.0, -50.0, 7.0])
+    assert tiles_info(tiles[0], 100.0) == "50.000,50.000,100.000"
+    assert carla_names(tiles, "A", "glb")[-1] == "A_Tile_0_2.glb"
 
 
 def test_obj_has_every_part_once(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from osm2xodr.model import FloatArray
 
 pytest.importorskip("shapely")
 
-from osm2xodr.exporting.scene.triangles import Soup, merged_places, split_where_they_meet
+from osm2xodr.exporting.scene.triangles import Soup, edges_of, merged_places, split_where_they_meet, steps_between
 
 
 def soup_of(*triangles: list[tuple[float, float, float]]) -> Soup:
@@ -57,3 +57,17 @@ def test_outlines_on_different_levels_are_left_alone() -> None:
     soup = soup_of(one, other)
     found = split_where_they_meet(soup)
     np.testing.assert_array_equal(found.place, soup.place)
+
+
+def test_edges_between_the_same_vertices_match_before_others() -> None:
+    # A road 0.1 m above the edge of another one, and a sliver beside it, above that one as well.
+    faces = np.array([(0, 1, 2), (4, 3, 5), (3, 4, 6)])
+    xyz = np.array(
+        [(0, 0, 0.0), (1, 0, 0.0), (0.5, 1, 0.0), (0, 0, 0.1), (1, 0, 0.1), (0.5, -1, 0.1), (0.5, 0.01, 0.1)], float
+    )
+    place = np.array([0, 1, 2, 0, 1, 3, 4])
+    found = edges_of(faces, place, xyz)
+    assert sorted(map(sorted, found.pairs.tolist())) == [[3, 6]]
+    assert len(steps_between(faces, found.pairs)[0]) == 0
+    # Half edges of the lower road, then of the upper one and of the sliver.
+    assert found.alone.tolist() == [0, 1, 2, 4, 5, 7, 8]

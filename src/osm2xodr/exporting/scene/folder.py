@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from osm2xodr.exporting.scene.carla import TILES_INFO, carla_names, carla_tiles, package_of, tiles_info, without_gaps
 from osm2xodr.exporting.scene.glb import material_name, write_tile
 from osm2xodr.exporting.scene.materials import material_of
 from osm2xodr.exporting.scene.obj import obj_materials, write_obj_tile
@@ -38,8 +39,11 @@ def write_scene(
 
     `credits` name whom the data are owed.
     """
-    whole = [in_single_precision(tile, _middle(tile, form, scene)) for tile in tiles_of(scene.parts, form.tile)]
+    found = carla_tiles(scene.parts, form.tile) if form.carla else tiles_of(scene.parts, form.tile)
+    whole = [in_single_precision(tile, _middle(tile, form, scene)) for tile in found]
     tiles = [tile for tile in whole if tile.parts]
+    if form.carla:
+        tiles = without_gaps(tiles, form.tile)
     names = tile_names(tiles, form)
     owed = "; ".join(credits)
     rows = []
@@ -59,22 +63,21 @@ def write_scene(
         extra.append(_LIBRARY)
     if form.carla:
         extra.append(f"{form.carla}.json")
-        text = json.dumps(_package(form, names), indent=2)
+        text = json.dumps(package_of(form.carla, form.tile, names), indent=2)
         (folder / extra[-1]).write_text(text + "\n", encoding="utf-8")
+        if len(tiles) > 1:
+            extra.append(TILES_INFO)
+            (folder / TILES_INFO).write_text(tiles_info(tiles[0], form.tile), encoding="ascii")
     document = _manifest(scene, file, form, generator, credits, rows)
     (folder / MANIFEST).write_text(json.dumps(document, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
     return (*names, *extra, MANIFEST)
 
 
 def tile_names(tiles: Sequence[Tile], form: SceneFormat) -> list[str]:
-    """Return the file of each tile.
-
-    CARLA counts tiles of large maps from 0 at the north-west, rows to the south.
-    """
+    """Return the file of each tile, of which the first one is the south-western one for CARLA."""
     if not form.carla:
         return [f"tile_{tile.column}_{tile.row}.{form.format}" for tile in tiles]
-    west, north = min(tile.column for tile in tiles), max(tile.row for tile in tiles)
-    return [f"{form.carla}_Tile_{tile.column - west}_{north - tile.row}.{form.format}" for tile in tiles]
+    return carla_names(tiles, form.carla, form.format)
 
 
 def _middle(tile: Tile, form: SceneFormat, scene: Scene) -> tuple[float, float, float]:
@@ -93,18 +96,6 @@ def _row(tile: Tile, name: str) -> dict[str, Any]:
     ]
     bounds = [np.round(side, 3).tolist() for side in (used.min(0), used.max(0))]
     return {"file": name, "column": tile.column, "row": tile.row, "bounds": bounds, "parts": parts}
-
-
-def _package(form: SceneFormat, names: Sequence[str]) -> dict[str, Any]:
-    """Return the description of a package with one large map, as CARLA's importer reads it."""
-    entry = {
-        "name": form.carla,
-        "xodr": f"./{form.carla}.xodr",
-        "use_carla_materials": True,
-        "tile_size": form.tile,
-        "tiles": [f"./{Path(name).with_suffix('.fbx')}" for name in names],
-    }
-    return {"maps": [entry], "props": []}
 
 
 def _manifest(

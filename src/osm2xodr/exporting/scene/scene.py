@@ -97,9 +97,8 @@ def make_scene(
         notes.append(
             f"no elevation model knows {ground.interpolated:,.0f} m² of the ground: its height is interpolated"
         )
-    if water is not None:
-        notes += _open_water(water)
-    if surroundings is not None:
+    if surroundings is not None and water is not None:
+        notes += _open_water(water, surroundings[0].water.unclosed)
         built = building_parts(surroundings[0].buildings, surroundings[1], surface, passage, ground)
         found["buildings"] = built.parts
         notes.append(_sentence(built.ids))
@@ -110,13 +109,15 @@ def make_scene(
     return Scene(kept, layers, _origin(surface.vertices), tuple(notes))
 
 
-def _open_water(water: WaterShapes) -> list[str]:
-    """Return what is to say about water whose outline is not whole in the file."""
+def _open_water(water: WaterShapes, unclosed: Sequence[str]) -> list[str]:
+    """Return what is to say about water whose outline is not whole in the file, or not closed at all."""
+    open_ones = "water whose outline is not whole in the OSM file"
     return [
-        f"water whose outline is not whole in the OSM file, {what}: {', '.join(ids)}"
+        f"{what}: {', '.join(ids)}"
         for ids, what in (
-            (water.closed, "closed along the side of the area"),
-            (water.left_out, "left out as it is not clear on which side of its shores it is"),
+            (water.closed, f"{open_ones}, closed along the side of the area"),
+            (water.left_out, f"{open_ones}, left out as it is not clear on which side of its shores it is"),
+            (unclosed, f"not closed, though tagged as areas of water, and left out ({len(unclosed):,})"),
         )
         if ids
     ]

@@ -59,9 +59,13 @@ _BODIES: Final = MappingProxyType(
         "trafficIsland": ("Road_Curb", "kerb"),
         "building": ("Building", "wall"),
         "gantry": ("Pole", "metal"),
+        "patch": ("Static", "asphalt"),
+        "roadSurface": ("Static", "asphalt"),
+        "parkingSpace": ("Static", "asphalt"),
     }
 )
 _OTHER_BODY: Final = ("Static", "concrete")
+_TRACK: Final = ("Static", "metal")  # Rails of trams, which are a patch of the road in OpenDRIVE
 # Least height of a body, m: lower ones lie on the road.
 _FLAT: Final = 0.05
 # Height of crosswalks' areas above the surface, m: below their bars. Height of disks that lie.
@@ -101,7 +105,7 @@ def _add_object(meshes: Meshes, thing: PlacedObject, heights: SurfaceHeights) ->
     height = stated if stated > 0.0 else _HEIGHTS.get(kind, 0.0)
     if kind == "crosswalk":
         _draped(meshes, CROSSWALK, "asphalt", thing.corners, thing.z, heights, _AREA)
-    name, material = _BODIES.get(kind, _OTHER_BODY)
+    name, material = _TRACK if thing.item.attributes.get("subtype") == "tramTrack" else _BODIES.get(kind, _OTHER_BODY)
     for form in forms_of(thing):
         if isinstance(form, Disc):
             _add_standing(meshes, kind, (form.x, form.y, low), height or 0.5, form.radius)
@@ -113,7 +117,7 @@ def _add_object(meshes: Meshes, thing: PlacedObject, heights: SurfaceHeights) ->
             _draped(
                 meshes,
                 MARKING if painted else name,
-                _paint(form.colour) if painted else form.colour,
+                _paint(form.colour) if painted else material,
                 form.corners,
                 thing.z,
                 heights,

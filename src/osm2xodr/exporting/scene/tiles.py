@@ -49,6 +49,11 @@ def tiles_of(parts: Iterable[Part], size: float) -> list[Tile]:
     return [Tile(column, row, tuple(_named(found[row, column]))) for row, column in sorted(found)]
 
 
+def finest(part: Part) -> Part:
+    """Return the finest level of detail of a part, as one without levels."""
+    return part if part.detail is None else _only(part, np.flatnonzero(part.detail == 0))
+
+
 def in_single_precision(tile: Tile, middle: Sequence[float]) -> Tile:
     """Return a tile without triangles that have no area once vertices are single numbers that count from `middle`, m.
 

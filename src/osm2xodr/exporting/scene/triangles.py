@@ -222,9 +222,13 @@ def edges_of(faces: IntArray, place: IntArray, xyz: FloatArray) -> Edges:
     order = np.lexsort((ahead, z, key))
     pairs: list[IntArray] = []
     todo = order
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
         one, other = todo[:-1], todo[1:]
         match = (key[one] == key[other]) & (ahead[one] != ahead[other]) & (z[other] - z[one] < LEVEL_APART)
+        if k == 0:
+            # Those between the same vertices before others, as of a sliver above the edge of another road.
+            same = match & (start[one] == end[other]) & (end[one] == start[other])
+            match = same if same.any() else match
         # Of matches in a row every other one counts.
         first = np.flatnonzero(match)
         run = np.concatenate([[0], np.cumsum(np.diff(first) != 1)]) if len(first) else first

@@ -40,7 +40,9 @@ class Ground:
     # ``Terrain`` and ``Water``, one for each level of detail, and ``Retaining_Wall``
     parts: tuple[Part, ...]
     cells: Cells
-    z: FloatArray  # Heights of the corners of squares, (rows + 1, columns + 1), m; NaN where unknown
+    # Heights of the corners of squares, (rows + 1, columns + 1), m, below level water as well; NaN where unknown
+    z: FloatArray
+    water: WaterShapes | None
     # Areas around roads that no elevation model knows, m²: without ground, and with heights between those around
     unknown: float
     interpolated: float
@@ -48,10 +50,11 @@ class Ground:
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the height of the ground at x, y (n,), m; NaN beyond it.
 
-        It is that between the corners of the smallest squares; on roads that of their edges.
+        It is that between the corners of the smallest squares; on roads that of their edges, on level water its own.
         """
         inside = self.cells.between(self.cells.inside, x, y) >= 0.0
-        return np.where(inside, self.cells.between(self.z, x, y), np.nan)
+        level = np.full(len(x), np.nan) if self.water is None else self.water.level_at(x, y)
+        return np.where(inside, np.where(np.isnan(level), self.cells.between(self.z, x, y), level), np.nan)
 
 
 def build_ground(
@@ -73,7 +76,7 @@ def build_ground(
     known = _nothing if height is None else height
     if water is not None:
         beside = surface.vertices[np.unique(rim.edges[rim.beyond == Level.GROUND])]
-        water, known = levelled(water, known, beside)
+        water = levelled(water, known, beside)
     points, edges = _edge_points(surface, rim, known)
     points, edges, row = planar_edges(points, edges)
     beyond = rim.beyond[row]
@@ -82,11 +85,12 @@ def build_ground(
     flat = flat[flat[:, 0] != flat[:, 1]]
     above, below = (_points_of(surface, level) for level in (Level.BRIDGE, Level.TUNNEL))
     others = np.concatenate([above, below])[:, :2]
-    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH)
+    found = None if water is None or height is None or not water.areas else water.found_at
+    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH, found)
     x, y = (axis.ravel() for axis in cells.node_xy())
     limits = _limits(points[edges], beyond, above, below)
-    there = known(x, y).reshape(cells.nodes)
-    closed = interpolated(there)
+    level = np.append(np.zeros(0) if water is None else water.levels, np.nan)[cells.water]
+    there, closed = _base(known(x, y).reshape(cells.nodes), level)
     base, inside = with_strips(cells, closed, limits.xyz[limits.normal.any(1)])
     z = node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz))
     lost, guessed = (cells.inside > 0.0) & (inside < 0.0), (inside > 0.0) & np.isnan(there) & ~np.isnan(closed)
@@ -97,17 +101,33 @@ def build_ground(
     band, walls = (faces[has_area(vertices, faces, LEAST_AREA)] for faces in (band, walls))
     steep = _steep(vertices[band])
     parts = []
-    within = np.concatenate([np.full(len(points), REACH), inside.ravel()])
+    within = np.concatenate(
+        [np.full((len(points), 2), REACH), np.column_stack([inside.ravel(), cells.inside_water.ravel()])]
+    )
     for detail in range(DETAILS - 1 if coarsest_alone else 0, DETAILS):
         leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
         faces = np.concatenate([band[~steep], leaves])
-        parts += _land_and_water(*cut_at_outline(vertices, faces, within), water, detail)
+        parts += _land_and_water(vertices, faces, within, water, detail)
     portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
     lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
     kept = tuple(part for part in parts if len(part.faces))
-    return Ground(kept, cells, z, *(GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed)))
+    return Ground(kept, cells, z, water, *(GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed)))
+
+
+def _base(known: FloatArray, level: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return heights of corners, (rows, columns), m: those `known` or of `level` water, and the same without gaps.
+
+    Below level water that the elevation model does not know the ground is as high as the land beside it, lest shores
+    that lie between corners rise and fall.
+    """
+    there = np.where(np.isnan(known), level, known)
+    closed = interpolated(there)
+    below = np.isnan(known) & np.isfinite(level)
+    if below.any() and not below.all():
+        closed = np.where(below, np.maximum(continued(np.where(below, np.nan, closed)), level), closed)
+    return there, closed
 
 
 def _known_or(known: Height, cells: Cells, base: FloatArray, points: FloatArray) -> FloatArray:
@@ -118,19 +138,23 @@ def _known_or(known: Height, cells: Cells, base: FloatArray, points: FloatArray)
     return z
 
 
-def _land_and_water(vertices: FloatArray, faces: IntArray, water: WaterShapes | None, detail: int) -> list[Part]:
-    """Return the ground of a level of detail."""
+def _land_and_water(
+    vertices: FloatArray, faces: IntArray, within: FloatArray, water: WaterShapes | None, detail: int
+) -> list[Part]:
+    """Return the ground of a level of detail; `within`, (n, 2), m, are the outlines of land and of water."""
     if water is None or not water.areas:
+        vertices, faces = cut_at_outline(vertices, faces, within[:, 0])
         return [_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail))]
-    split = split_by_water(vertices, faces, water)
-    return [
-        _part(name, material, split.vertices, rows, np.full(len(rows), detail))
-        for name, material, rows in (
-            ("Terrain", "grass", split.land),
-            ("Water", "water", split.water),
-            ("Retaining_Wall", "concrete", split.walls),
-        )
-    ]
+    split = split_by_water(np.column_stack([vertices, within]), faces, water)
+    parts = []
+    for name, material, rows, outline in (
+        ("Terrain", "grass", split.land, 3),
+        ("Water", "water", split.water, 4),
+        ("Retaining_Wall", "concrete", split.walls, 3),
+    ):
+        vertices, faces = cut_at_outline(split.vertices[:, :3], rows, split.vertices[:, outline])
+        parts.append(_part(name, material, vertices, faces, np.full(len(faces), detail)))
+    return parts
 
 
 def _nothing(x: FloatArray, _: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +12,15 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves import ranks
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, MOST_CELLS, REACH, SAMPLE
+from osm2xodr.exporting.scene.ground.defaults import (
+    GROUND_CELL,
+    KEEP_OFF,
+    LARGEST_GAP,
+    MOST_CELLS,
+    REACH,
+    SAMPLE,
+    WATER_REACH,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Squares per side of the blocks of which the extent of the ground consists: the largest squares.
@@ -20,6 +29,10 @@ GROUND_BLOCK: Final = 4
 _ON_OUTLINE: Final = 0.1
 # Points and edges that are compared at once: some 8 MB a table.
 _PAIRS: Final = 1 << 20
+# Points of blocks lie closer together or farther apart than their middles by a diagonal at most, and the largest
+# squares that the outline crosses have corners another one away, m.
+_DIAGONALS: Final = 2.0 * np.sqrt(2.0) * GROUND_CELL * GROUND_BLOCK
+_AROUND: Final = np.ones((3, 3), np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +47,10 @@ class Cells:
     row: int
     ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `GROUND_BLOCK` x `GROUND_BLOCK`
     near: BoolArray  # (rows, columns) Squares with a road on them or too close to one: they are not whole
-    # (rows + 1, columns + 1) How far corners lie within the outline of the ground, m; negative beyond it
+    # (rows + 1, columns + 1) How far corners lie within the outline of land and of water, m; negative beyond it
     inside: FloatArray
+    inside_water: FloatArray
+    water: IntArray  # (rows + 1, columns + 1) The area of water in which corners lie; -1 for none
 
     @property
     def nodes(self) -> tuple[int, int]:
@@ -46,8 +61,7 @@ class Cells:
     def node_xy(self) -> tuple[FloatArray, FloatArray]:
         """Return x, y of all corners, each (rows + 1, columns + 1), m."""
         rows, columns = self.nodes
-        x, y = GROUND_CELL * (self.column + np.arange(columns)), GROUND_CELL * (self.row + np.arange(rows))
-        return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
+        return _node_xy(self.column, self.row, columns, rows)
 
     def between(self, values: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return values of corners, (rows + 1, columns + 1), interpolated at x, y (n,), m; NaN off all squares."""
@@ -59,6 +73,12 @@ class Cells:
         south = values[i, j] * (1 - u) + values[i, j + 1] * u
         north = values[i + 1, j] * (1 - u) + values[i + 1, j + 1] * u
         return np.where(on, south * (1 - v) + north * v, np.nan)
+
+
+def _node_xy(column: int, row: int, columns: int, rows: int) -> tuple[FloatArray, FloatArray]:
+    """Return x, y of rows and columns of corners, each (rows, columns), m."""
+    x, y = GROUND_CELL * (column + np.arange(columns)), GROUND_CELL * (row + np.arange(rows))
+    return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
 
 
 def corners_of(squares: BoolArray) -> BoolArray:
@@ -106,16 +126,23 @@ def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return out
 
 
-def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: float = REACH) -> Cells:
-    """Return the squares up to `reach` metres from roads on the ground.
+def cells_around(
+    start: FloatArray,
+    end: FloatArray,
+    others: FloatArray,
+    reach: float = REACH,
+    found: Callable[[FloatArray, FloatArray], IntArray] | None = None,
+) -> Cells:
+    """Return the squares up to `reach` metres from roads on the ground, and those of water beyond.
 
     `start` and `end`, (n, 2), are those of the rim's edges, which have the road on their left, m; `others`, (k, 2),
-    are points of roads that are not on the ground. `InputError` if they span too much for the memory.
+    are points of roads that are not on the ground. `found` gives the area of water at x, y (n,), m, -1 where there
+    is none. `InputError` if roads span too much for the memory.
     """
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
     size = GROUND_CELL * GROUND_BLOCK
-    margin = int(np.ceil(reach / size)) + 3
+    margin = int(np.ceil((reach if found is None else max(reach, WATER_REACH)) / size)) + 3
     low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
     low, high = low - margin, high + margin + 1
     columns, rows = (high - low).tolist()
@@ -128,14 +155,37 @@ def cells_around(start: FloatArray, end: FloatArray, others: FloatArray, reach: 
     away = ndimage.distance_transform_edt(~occupied, sampling=size)
     column, row = (GROUND_BLOCK * low).tolist()
     inside = _closed(_inside(points, away, column, row, reach), reach)
+    water, beyond = np.full(inside.shape, -1), inside
+    if found is not None:
+        x, y = _node_xy(column, row, *inside.shape[::-1])
+        water = found(x.ravel(), y.ravel()).reshape(inside.shape)
+        far = _closed(_inside(points, away, column, row, WATER_REACH), WATER_REACH)
+        inside, beyond = _with_water(inside, far, water >= 0, reach)
     within = np.zeros((rows, columns), np.bool_)
     for i in range(GROUND_BLOCK + 1):
         for j in range(GROUND_BLOCK + 1):
             within |= (
-                inside[i : i + GROUND_BLOCK * rows : GROUND_BLOCK, j : j + GROUND_BLOCK * columns : GROUND_BLOCK] > 0
+                beyond[i : i + GROUND_BLOCK * rows : GROUND_BLOCK, j : j + GROUND_BLOCK * columns : GROUND_BLOCK] > 0
             )
     ground = _squares(within)
-    return Cells(column, row, ground, _near(rim, start, end, column, row, ground), inside)
+    return Cells(column, row, ground, _near(rim, start, end, column, row, ground), inside, beyond, water)
+
+
+def _with_water(inside: FloatArray, far: FloatArray, wet: BoolArray, reach: float) -> tuple[FloatArray, FloatArray]:
+    """Return how far corners lie within the outlines of land and of water, which are `inside` without water.
+
+    Water that is joined to the ground reaches `far`. Islands and moles within it are whole, up to `LARGEST_GAP`.
+    """
+    part, count = ndimage.label(wet & (far > 0.0))
+    joined = np.bincount(part[inside > 0.0], minlength=count + 1) > 0
+    joined[0] = False
+    lake = joined[part]
+    # Triangles at shores have corners on both sides.
+    water = np.where(ndimage.binary_dilation(lake, _AROUND, GROUND_BLOCK), far, inside)
+    ground = np.where(lake, far, inside)
+    closed = _closed(ground, reach)
+    whole = ~ndimage.binary_dilation(closed <= 0.0, _AROUND, GROUND_BLOCK) | (closed > ground)
+    return np.where(whole, reach, inside), np.where(closed > ground, far.max(), water)
 
 
 def _squares(blocks: BoolArray) -> BoolArray:
@@ -149,8 +199,7 @@ def _inside(points: FloatArray, away: FloatArray, column: int, row: int, reach: 
     `away` are the distances of the middles of blocks to those of blocks with points, m.
     """
     out = np.where(corners_of(_squares(away < reach)), reach, -GROUND_CELL)
-    # Points of blocks lie closer together or farther apart than their middles by a diagonal at most.
-    rows, columns = np.nonzero(corners_of(_squares(np.abs(away - reach) <= np.sqrt(2) * GROUND_CELL * GROUND_BLOCK)))
+    rows, columns = np.nonzero(corners_of(_squares(np.abs(away - reach) <= _DIAGONALS)))
     at = GROUND_CELL * (np.column_stack([columns + column, rows + row]))
     found = reach - cKDTree(np.unique(points, axis=0)).query(at)[0]
     out[rows, columns] = np.where(np.abs(found) < _ON_OUTLINE, 0.0, found)

@@ -15,6 +15,8 @@ KEEP_OFF: Final = 1.5
 # How far the ground reaches beyond the roads, m, and the largest gap in it that is closed, m². Choices.
 REACH: Final = 100.0
 LARGEST_GAP: Final = 1e6
+# How far water reaches beyond the roads if it begins on that ground, m: a harbour and the sea before it.
+WATER_REACH: Final = 500.0
 # How far the ground reaches beside roads where no elevation model knows it, m, level across: a choice.
 APRON: Final = 10.0
 # Rise of cuts and fills per metre against the ground that was there: 1:2, for most soils stable; RAS-Q has 1:1.5.

@@ -30,19 +30,24 @@ def leaf_sizes(cells: Cells, detail: int, tile: float) -> IntArray:
     )
     border = rows[:, None] | columns
     out = cells.ground.astype(np.int64)
+    # Water is smooth: it needs no small squares.
+    wet = cells.water >= 0
+    water = wet[1:, 1:] & wet[1:, :-1] & wet[:-1, 1:] & wet[:-1, :-1]
     pairs = _every(cells.ground & ~cells.near, 2)
     if detail == 0:
-        pairs &= ~_every(~border, 2)
+        pairs &= ~_every(~border, 2) | _every(water, 2)
     out[_spread(pairs, 2)] = 2
-    if detail >= 2:
-        # Beside the largest leaves lie none of the smallest.
-        small = out == 1
-        beside = np.zeros_like(small)
-        beside[1:] |= small[:-1]
-        beside[:-1] |= small[1:]
-        beside[:, 1:] |= small[:, :-1]
-        beside[:, :-1] |= small[:, 1:]
-        out[_spread(_every((out == 2) & ~border & ~beside, GROUND_BLOCK), GROUND_BLOCK)] = GROUND_BLOCK
+    # Beside the largest leaves lie none of the smallest.
+    small = out == 1
+    beside = np.zeros_like(small)
+    beside[1:] |= small[:-1]
+    beside[:-1] |= small[1:]
+    beside[:, 1:] |= small[:, :-1]
+    beside[:, :-1] |= small[:, 1:]
+    large = (out == 2) & ~border & ~beside
+    if detail < 2:
+        large &= water
+    out[_spread(_every(large, GROUND_BLOCK), GROUND_BLOCK)] = GROUND_BLOCK
     return out
 
 

@@ -10,16 +10,17 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
+from osm2xodr.exporting.scene.ground.coast import sea_of
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
     MOST_LOWERED,
-    REACH,
     WATER_BELOW_ROADS,
     WATER_LEVEL_SPREAD,
+    WATER_REACH,
     WATER_SAMPLE,
 )
-from osm2xodr.exporting.scene.ground.open_water import beside_shores, closed_water
+from osm2xodr.exporting.scene.ground.open_water import closed_water
 from osm2xodr.exporting.scene.polygons import area_of, polygons_of
 from osm2xodr.exporting.scene.triangles import merged_places
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
@@ -27,7 +28,7 @@ from osm2xodr.opendrive import Frame
 
 # Corners along the northern and southern side of a rectangle of longitude and latitude, which is bent.
 _SIDE: Final = 16
-# How far ends of coasts, and of shores in files without bounds, lie within the rectangle to whose sides they go, m.
+# How far shores in files without bounds lie within the rectangle to whose sides they go, m.
 _MARGIN: Final = 50.0
 # Lower steps between water and land are none, m.
 _LEAST_WALL: Final = 0.01
@@ -65,13 +66,20 @@ class WaterShapes:
             out[near[shapely.contains_xy(self.areas[row], x[near], y[near])]] = row
         return out
 
+    def level_at(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the height of level water at each place, (n,), m; NaN where there is none."""
+        found: FloatArray = np.append(self.levels, np.nan)[self.found_at(x, y)]
+        return found
+
 
 def water_shapes(water: Water, frame: Frame, roads: FloatArray, on_land: FloatArray) -> WaterShapes:
     """Return the water around roads, whose surface has vertices (n, 2 or 3), m, some of them on land (n, 2 or 3)."""
-    low, high = roads[:, :2].min(0) - 2.0 * REACH, roads[:, :2].max(0) + 2.0 * REACH
+    low, high = roads[:, :2].min(0) - 2.0 * WATER_REACH, roads[:, :2].max(0) + 2.0 * WATER_REACH
     box = shapely.box(*low, *high)
-    coast = _sea(_places(water.coastlines, frame), box)
-    sea = [part for shape in coast for part in polygons_of(shapely.intersection(shape, box))]
+    lines = [line for line in _places(water.coastlines, frame) if np.isfinite(line).all()]
+    sea = [
+        part for shape in sea_of(lines, box, on_land[:, :2]) for part in polygons_of(shapely.intersection(shape, box))
+    ]
     inland = []
     for area in water.areas:
         outline, *holes = _places((area.outline, *area.holes), frame)
@@ -136,35 +144,8 @@ def _places(rings: Sequence[FloatArray], frame: Frame) -> list[FloatArray]:
     return np.split(xy, np.cumsum([len(ring) for ring in rings])[:-1])
 
 
-def _sea(lines: Sequence[FloatArray], box: Any) -> list[Any]:
-    """Return the areas in and around a rectangle that lie on the right of coastlines.
-
-    Lines that end within the file, as where it was cut out, go straight on to the nearest side of a rectangle around
-    all of them.
-    """
-    lines = [line for line in lines if np.isfinite(line).all()]
-    if not lines:
-        return []
-    merged = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines), directed=True))
-    around = shapely.box(*shapely.total_bounds(np.array([box, *merged], object))).buffer(_MARGIN, join_style="mitre")
-    side = shapely.get_exterior_ring(around)
-    ends = [
-        shapely.shortest_line(shapely.get_point(line, k), side)
-        for line in merged
-        if not shapely.is_closed(line)
-        for k in (0, -1)
-    ]
-    areas = shapely.get_parts(shapely.polygonize([shapely.union_all([*merged, *ends, side])]))
-    left, right, length = beside_shores(merged)
-    tree, share = shapely.STRtree(areas), np.zeros(len(areas))
-    for places, way in ((right, 1.0), (left, -1.0)):
-        at, area = tree.query(shapely.points(places), predicate="intersects")
-        share += way * np.bincount(area, weights=length[at], minlength=len(areas))
-    return list(areas[share > 0.0])
-
-
-def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> tuple[WaterShapes, Height]:
-    """Return areas of water with their levels, and heights of the ground with water level.
+def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> WaterShapes:
+    """Return areas of water with their levels.
 
     Elevation models have waves and noise there. Inland water that falls, as rivers do, stays as it is. Level
     water is lower than what lies `beside` it: places of roads on the ground, (n, 3), m.
@@ -181,13 +162,7 @@ def levelled(shapes: WaterShapes, height: Height, beside: FloatArray) -> tuple[W
         most[: shapes.seas] = np.percentile(z[row < shapes.seas], 10)
     kept = (row >= shapes.seas) & (z > levels[row] - MOST_LOWERED)
     np.minimum.at(most, row[kept], z[kept])
-    levels = np.minimum(levels, most)
-
-    def out(x: FloatArray, y: FloatArray) -> FloatArray:
-        level = np.append(levels, np.nan)[shapes.found_at(x, y)]
-        return np.where(np.isfinite(level), level, height(x, y))
-
-    return replace(shapes, levels=levels), out
+    return replace(shapes, levels=np.minimum(levels, most))
 
 
 def _level(area: Any, height: Height, spread: float) -> float:
@@ -212,7 +187,7 @@ def _steps(low: float, high: float) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """Triangles (m, 3) of vertices (n, 3), m, that are land, water, and walls at shores."""
+    """Triangles (m, 3) of vertices (n, 3 or more), m, that are land, water, and walls at shores."""
 
     vertices: FloatArray
     land: IntArray
@@ -223,15 +198,13 @@ class Split:
 def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> Split:
     """Return the triangles of the ground, cut at the shores.
 
-    Pieces lie in the plane of their triangle, so that neighbours still meet. Water that has a level is level also
-    where roads beside it raise the ground: walls stand between it and what is higher or lower.
+    Pieces lie in the plane of their triangle, so that neighbours still meet: the ground goes on as it is below level
+    water, and land ends at the shore at its own height, at that of the water at least. Walls stand between both.
+    What `vertices` (n, 3 or more) have beside x, y, z is interpolated.
     """
-    vertices, faces, wet = _cut(vertices, faces, shapes)
-    rows = np.flatnonzero(wet)
-    middle = vertices[faces[rows]].mean(1)
-    area = shapes.found_at(middle[:, 0], middle[:, 1])
-    known = np.isfinite(np.append(shapes.levels, np.nan)[area])
-    rows, area = rows[known], area[known]
+    vertices, faces, wet, area = _cut(vertices, faces, shapes)
+    rows = np.flatnonzero(wet & np.isfinite(np.append(shapes.levels, np.nan)[area]))
+    area = area[rows]
     used, corner = np.unique(faces[rows], return_inverse=True)
     place, _ = merged_places(vertices[used][:, :2])
     corner = corner.reshape(-1, 3)
@@ -247,7 +220,7 @@ def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -
     key, flat_corner = np.unique(np.repeat(area, 3) * total + start, return_inverse=True)
     area_of, vertex = np.divmod(key, total)
     flat = _at_level(vertices[used[vertex]], shapes.levels[area_of])
-    quads = np.stack([a, b, _at_level(b, z), _at_level(a, z)], axis=1).reshape(-1, 3)
+    quads = np.stack([a, b, _at_level(b, z), _at_level(a, z)], axis=1).reshape(-1, vertices.shape[1])
     walls = 4 * np.arange(len(a))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
     first = len(vertices)
     faces = faces.copy()
@@ -258,15 +231,16 @@ def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -
 
 
 def _at_level(points: FloatArray, z: FloatArray) -> FloatArray:
-    """Return points (n, 3) at heights (n,), m."""
-    return np.column_stack([points[:, :2], z])
+    """Return points (n, 3 or more) at heights (n,), m."""
+    return np.column_stack([points[:, :2], z, points[:, 3:]])
 
 
-def _cut(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Return vertices, those that were there first, triangles cut at the shores, and which of them are water."""
+def _cut(
+    vertices: FloatArray, faces: IntArray, shapes: WaterShapes
+) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:
+    """Return vertices, those that were there first, triangles cut at the shores, which are water, and their areas."""
     corners = vertices[faces]
-    middle = corners[:, :, :2].mean(1)
-    wet = shapes.found_at(middle[:, 0], middle[:, 1]) >= 0
+    area = _area_of(corners, shapes)
     low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     _, near = shapely.STRtree(boxes).query(_segments(shapes.shore), predicate="intersects")
@@ -284,15 +258,40 @@ def _cut(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> tuple[Fl
         row.append(near[of])
         wets.append(np.full(len(parts), is_wet))
     xy = shapely.get_coordinates(np.concatenate(pieces)).reshape(-1, 4, 2)[:, :3]
-    more = np.dstack([xy, _heights(corners[np.concatenate(row)], xy)]).reshape(-1, 3)
-    more, new = np.unique(more, axis=0, return_inverse=True)
+    more = np.dstack([xy, _values(corners[np.concatenate(row)], xy)])
+    new_wet, new_area = np.concatenate(wets), _area_of(more, shapes)
+    more[..., 2] = np.maximum(more[..., 2], _at_shores(more, new_wet, np.append(shapes.levels, np.nan)[new_area]))
+    more, new = np.unique(more.reshape(-1, vertices.shape[1]), axis=0, return_inverse=True)
     new = len(vertices) + new.reshape(-1, 3)
     kept = np.delete(np.arange(len(faces)), near)
     return (
         np.concatenate([vertices, more]),
         np.concatenate([faces[kept], new]),
-        np.concatenate([wet[kept], *wets]),
+        np.concatenate([area[kept] >= 0, new_wet]),
+        np.concatenate([area[kept], new_area]),
     )
+
+
+def _area_of(corners: FloatArray, shapes: WaterShapes) -> IntArray:
+    """Return the area of water in which the middle of each triangle (n, 3, 2 or more) lies, (n,), -1 for none."""
+    middle = corners[:, :, :2].mean(1)
+    return shapes.found_at(middle[:, 0], middle[:, 1])
+
+
+def _at_shores(corners: FloatArray, wet: BoolArray, level: FloatArray) -> FloatArray:
+    """Return the height of level water at corners (n, 3) of triangles that lie at its shore, m; -inf elsewhere.
+
+    `corners`, (n, 3, 2 or more), are of triangles on both sides, of which those that are `wet` (n,) have a level,
+    (n,), m, or NaN.
+    """
+    _, place = np.unique(corners[..., :2].reshape(-1, 2), axis=0, return_inverse=True)
+    place = place.reshape(-1, 3)
+    high = np.full(place.max(initial=0) + 1, -np.inf)
+    known = wet & np.isfinite(level)
+    np.maximum.at(high, place[known], level[known, None])
+    dry = np.zeros(len(high), np.bool_)
+    dry[place[~wet]] = True
+    return np.where(dry, high, -np.inf)[place]
 
 
 def _segments(shape: Any) -> Any:
@@ -302,13 +301,15 @@ def _segments(shape: Any) -> Any:
     return shapely.linestrings(np.stack([at[:-1][same], at[1:][same]], axis=1))
 
 
-def _heights(corners: FloatArray, xy: FloatArray) -> FloatArray:
-    """Return the heights of triangles (n, 3, 3) at places in them, (n, 3, 2), m; those at corners are exact."""
-    a, b, c = np.moveaxis(corners, 1, 0)
-    normal = np.cross(b - a, c - a)
-    off = xy - a[:, None, :2]
-    z: FloatArray = a[:, None, 2] - (normal[:, None, :2] * off).sum(2) / normal[:, None, 2]
-    for k in range(3):
-        same = (xy == corners[:, None, k, :2]).all(2)
-        z = np.where(same, corners[:, None, k, 2], z)
-    return z
+def _values(corners: FloatArray, xy: FloatArray) -> FloatArray:
+    """Return what triangles (n, 3, 2 + k) have beside x, y at places in them, (n, 3, 2); exact at corners."""
+    a, b, c = (corners[:, None, k] for k in range(3))
+    one, other, off = (b - a)[..., :2], (c - a)[..., :2], xy - a[..., :2]
+    area = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+    to_b = (off[..., 0] * other[..., 1] - off[..., 1] * other[..., 0]) / area
+    to_c = (one[..., 0] * off[..., 1] - one[..., 1] * off[..., 0]) / area
+    out: FloatArray = a[..., 2:] + to_b[..., None] * (b - a)[..., 2:] + to_c[..., None] * (c - a)[..., 2:]
+    for corner in (a, b, c):
+        same = (xy == corner[..., :2]).all(2)
+        out = np.where(same[..., None], corner[..., 2:], out)
+    return out
