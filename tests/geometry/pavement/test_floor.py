@@ -53,10 +53,15 @@ def test_a_small_gap_between_lanes_for_cars_is_paved_but_none_at_a_kerb() -> Non
     assert floor.paved_left == set(floor.left)
     assert floor.paved_right == set()
     kinds = (LaneType.DRIVING, LaneType.DRIVING, LaneType.SIDEWALK, LaneType.DRIVING)
-    for other in (replace(small, lane_type=kinds), connecting(AROUND)):
+    walk = replace(small, lane_type=kinds, height=np.array([0.0, 0.0, 0.12, 0.0]))
+    for other in (walk, connecting(AROUND)):
         floor = lay_floor(other, Rule.RIGHT_HAND)
         assert floor.left
         assert floor.paved_left == set()
+    # Across a driveway it has no kerb.
+    floor = lay_floor(replace(walk, height=np.zeros(4)), Rule.RIGHT_HAND)
+    assert floor.left
+    assert floor.paved_left == set(floor.left)
 
 
 def test_the_end_of_a_road_that_nothing_goes_on_from_closes_a_gap() -> None:

@@ -98,9 +98,10 @@ def _laid(
     known, of = np.unique(junction_of, return_inverse=True)
     number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
-    cars = roads.for_vehicles()
-    grids = find_gaps(sections, junction, cars, faces)
-    holes = find_holes(grids, cars)
+    # Sidewalks across driveways are as low as the carriageway.
+    level = roads.height == 0.0
+    grids = find_gaps(sections, junction, level, faces)
+    holes = find_holes(grids, roads.for_vehicles())
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
     # These are whole, whatever cells show where their cross sections are far from each other.
     fixed = in_loops > 0.0
@@ -112,7 +113,7 @@ def _laid(
             break
         here = sections.chosen(again).widened(width[:, again], paved[:, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        found = find_gaps(here, renumbered, cars, faces.within(junctions))
+        found = find_gaps(here, renumbered, level, faces.within(junctions))
         more, of_these, left = _strips(found, here, renumbered, roads, edges)
         more[fixed[:, again]] = 0.0
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
