@@ -67,7 +67,7 @@ class CrossSections:
     # (n,) The width of strips beyond them, m
     more_left: FloatArray
     more_right: FloatArray
-    # (n,) Whether these lie between lanes for cars
+    # (n,) Whether these are part of the carriageway
     paved_left: BoolArray
     paved_right: BoolArray
 

@@ -42,7 +42,7 @@ class Floor:
 
     left: dict[int, tuple[Cubic, ...]]
     right: dict[int, tuple[Cubic, ...]]
-    # Roads whose strips lie between lanes for cars, more of them than beside kerbs
+    # Roads whose strips are part of the carriageway, more of them than of places that may be islands
     paved_left: frozenset[int] = frozenset()
     paved_right: frozenset[int] = frozenset()
     holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
@@ -98,10 +98,9 @@ def _laid(
     known, of = np.unique(junction_of, return_inverse=True)
     number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
-    # Sidewalks across driveways are as low as the carriageway.
-    level = roads.height == 0.0
-    grids = find_gaps(sections, junction, level, faces)
-    holes = find_holes(grids, roads.for_vehicles())
+    cars = roads.for_vehicles()
+    grids = find_gaps(sections, junction, cars, faces)
+    holes = find_holes(grids, cars)
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
     # These are whole, whatever cells show where their cross sections are far from each other.
     fixed = in_loops > 0.0
@@ -113,7 +112,7 @@ def _laid(
             break
         here = sections.chosen(again).widened(width[:, again], paved[:, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        found = find_gaps(here, renumbered, level, faces.within(junctions))
+        found = find_gaps(here, renumbered, cars, faces.within(junctions))
         more, of_these, left = _strips(found, here, renumbered, roads, edges)
         more[fixed[:, again]] = 0.0
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
@@ -198,7 +197,7 @@ class _Strips:
     section: IntArray  # (n,) Index of the cross section
     side: IntArray  # (n,) Left 1, right -1
     other: IntArray  # (n,) The connecting road at whose lanes the strip ends there; -1 for none
-    paved: BoolArray  # (n,) Whether it lies between lanes for cars
+    paved: BoolArray  # (n,) Whether it is part of the carriageway
     reach: FloatArray  # (n,) Its width, m
 
     @classmethod

@@ -21,7 +21,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
-# What cells hold that no lane covers: nothing, a strip beside a kerb, or one between lanes without.
+# What cells hold that no lane covers: nothing, a strip where an island may be, or a paved one.
 FREE: Final = -1
 STRIP: Final = -2
 PAVED: Final = -3
@@ -66,8 +66,7 @@ class Grids:
     across: NDArray[np.int32]
     holes: Runs | None = None  # What may be islands
     faces: Faces | None = None  # What else bounds gaps
-    # By number of the gap: whether it is between lanes without kerbs alone and too small for an island, or where a
-    # carriageway ends; [0] is none
+    # By number of the gap: whether it is no island: too small, or not between lanes for cars alone; [0] is none
     paved: BoolArray = field(default_factory=lambda: np.zeros(1, bool))
 
     def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
@@ -112,10 +111,10 @@ class Grids:
                 self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
 
 
-def find_gaps(sections: CrossSections, junction: IntArray, level: BoolArray, faces: Faces) -> Grids:
+def find_gaps(sections: CrossSections, junction: IntArray, cars: BoolArray, faces: Faces) -> Grids:
     """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,).
 
-    `level` says which connecting roads have no kerb beside carriageways, (roads,); `faces` bound gaps as lanes do.
+    `cars` says which connecting roads are for motor vehicles, (roads,); `faces` bound gaps as lanes do.
     """
     grids = _empty_grids(sections, junction, faces)
     _draw(grids, sections, faces)
@@ -142,13 +141,9 @@ def find_gaps(sections: CrossSections, junction: IntArray, level: BoolArray, fac
     grids.gap[cells] = of
     paved = np.append(False, size[good] < defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2)
     wide = np.repeat(grids.wide[owner[rows]], count)
-    # `FACE`, `PAVED`, `STRIP` and `FREE` count from the end.
-    paved[of[_beside(grids, cells, wide, np.concatenate([~level, [False, False, True, False]]))]] = False
-    if len(faces.x):
-        # Lanes for cars end there.
-        paved[of[_beside(grids, cells, wide, np.append(np.zeros(len(level), bool), [True, False, False, False]))]] = (
-            True
-        )
+    # Kerbs lie where sidewalks are, and lanes for cars end at faces. `FACE` to `FREE` count from the end.
+    paved[of[_beside(grids, cells, wide, np.append(~cars, [True, False, False, False]))]] = True
+    paved[of[_beside(grids, cells, wide, np.append(np.zeros(len(cars), bool), [False, False, True, False]))]] = False
     return replace(grids, holes=holes, faces=faces, paved=paved)
 
 
