@@ -133,6 +133,19 @@ def test_between_roads_of_several_levels_it_is_not_clear_which_is_meant(rule: Ru
 
 
 @EITHER
+@pytest.mark.parametrize(("y", "said"), [(-6.0, ""), (-12.0, "the nearest road runs in a tunnel")])
+def test_above_a_tunnel_signs_stand_beside_the_street(y: float, said: str, rule: Rule) -> None:
+    """The tunnel leads along the street, 14 m south of it."""
+    nodes = {**STREET.nodes, "a": (-150.0, -14.0), "b": (150.0, -14.0)}
+    case = Case(nodes, {1: STREET.ways[1], 2: ("a b", "highway=tertiary tunnel=yes layer=-1")})
+    found = signed(standing(case, 20.0, y, "traffic_sign=hazard"), rule)
+    if said:
+        assert only_reason(found).startswith(said)
+    else:
+        assert [found.way(item) for item in found.named("hazard")] == [1]
+
+
+@EITHER
 def test_in_a_tunnel_signs_say_so(rule: Rule) -> None:
     tunnel = replace(STREET, ways={1: ("w m e", "highway=tertiary tunnel=yes layer=-1")})
     why = only_reason(signed(standing(tunnel, 20.0, -5.0, "traffic_sign=hazard"), rule))

@@ -1,6 +1,6 @@
 """Finds the road that a sign beside streets is for: the one whose traffic has it on its own side.
 
-A node has no layer: where roads on several levels are about as near, the sign is left out.
+A node has no layer: where roads on several levels are about as near, the sign is left out, but for tunnels below it.
 """
 
 from __future__ import annotations
@@ -144,10 +144,15 @@ def _no_yield(item: Candidate, kind: str) -> str:
 
 
 def _best(candidates: Sequence[tuple[float, Candidate]]) -> Spot | str:
-    """Return the place that fits best, by its misfit, unless a road of another level fits about as well."""
-    least, best = min(candidates, key=lambda pair: pair[0])
-    if any(item.way.layer != best.way.layer and misfit < least + _AMBIGUOUS for misfit, item in candidates):
-        return "roads on several levels are near, and it does not say for which of them"
-    if best.way.structure is Structure.TUNNEL:
+    """Return the place that fits best, by its misfit, unless a road of another level fits about as well.
+
+    What stands near a tunnel and about as near to a street stands beside that street, above the tunnel.
+    """
+    above = [pair for pair in candidates if pair[1].way.structure is not Structure.TUNNEL]
+    near = min(misfit for misfit, _ in candidates) + _AMBIGUOUS
+    if not any(misfit < near for misfit, _ in above):
         return "the nearest road runs in a tunnel, and it does not say that it stands there"
+    least, best = min(above, key=lambda pair: pair[0])
+    if any(item.way.layer != best.way.layer and misfit < least + _AMBIGUOUS for misfit, item in above):
+        return "roads on several levels are near, and it does not say for which of them"
     return best.spot
