@@ -85,7 +85,7 @@ def test_a_turning_circle_is_paved_but_a_loop_goes_round_something(kind: str, mi
     ((_, loop),) = _loops(_built(case, Rule.RIGHT_HAND))
     (inner,) = (lane for lane in loop.lane_sections[0].lanes if lane.id > 0)
     assert inner.type is middle
-    assert max(width.a for width in inner.widths) == pytest.approx(6.0 - 1.5 - 0.2, abs=0.02)
+    assert max(width.a for width in inner.widths) == pytest.approx(6.0 - 1.5 - 0.05, abs=0.02)
 
 
 @EITHER

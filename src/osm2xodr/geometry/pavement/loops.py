@@ -15,7 +15,7 @@ from osm2xodr.geometry.pavement.rays import bend_beside
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Strips end this far before the middle of a loop, m: cross sections meet there.
-_MIDDLE: Final = 0.2
+_MIDDLE: Final = 0.05
 # By how much strips reach beyond the middle of the arm, as a share of their width: readers draw them with chords.
 _BEYOND: Final = 0.05
 # Least sine of the angle between a cross section and the line that it is to reach.
