@@ -17,7 +17,7 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, connect, curves_apart, runs_backwards, swing_out
 from osm2xodr.geometry.connections.defaults import OFF_CARRIAGEWAY
 from osm2xodr.geometry.junctions import RoadParts
-from osm2xodr.model import Access, FloatArray, LaneType, Rule
+from osm2xodr.model import Access, FloatArray, LaneType, PlanView, Rule
 
 # Two carriageways, 4.6 m apart, and a street that crosses them, where one may turn back.
 DUAL = Case(
@@ -50,15 +50,31 @@ def test_no_turn_back_folds_its_lane(apart: float, rule: Rule) -> None:
     assert min(inner) > 0.1 * defaults.INNER_EDGE_RADIUS - 1e-9
 
 
-@pytest.mark.parametrize(("end", "ahead", "backwards"), [(1, 3.0, False), (1, -3.0, True), (0, -3.0, False)])
-def test_roads_whose_exit_lies_straight_behind_run_backwards(end: int, ahead: float, backwards: bool) -> None:
-    """From either end of a road of 50 m to a lane in the same heading, some way to the east, m."""
-    one, x = np.ones(1), np.array([50.0 * end])
-    hdg = np.array([0.0 if end else math.pi])
-    road = connect(0 * one, 0 * one, 0 * one, 50 * one, 0 * one, 0 * one)
-    plan = connect(x, 0 * one, hdg, x + ahead, 0 * one, hdg)
-    connecting = SimpleNamespace(plan_view=plan, entry=np.array([end]))
-    parts = SimpleNamespace(plan_view=road, length=np.array([50.0]))
+@pytest.mark.parametrize(
+    ("end", "ahead", "turned", "backwards"),
+    [
+        (1, 3.0, 0.0, False),
+        (1, -3.0, 0.0, True),
+        (0, -3.0, 0.0, False),
+        # Arms that lie on each other: no curve leads back in so little room.
+        (1, 0.004, math.pi, True),
+        (0, -0.004, math.pi, True),
+    ],
+)
+def test_roads_run_backwards_if_they_leave_or_arrive_against_lanes(
+    end: int, ahead: float, turned: float, backwards: bool
+) -> None:
+    """From either end of a road of 50 m to a road that begins some way to the east, m, `turned` against the first."""
+    x, hdg = 50.0 * end, 0.0 if end else math.pi
+    on = hdg + turned
+    begin, heading = np.array([0.0, x + ahead]), np.array([0.0, on])
+    zero, length = np.zeros(2), np.array([50.0, 20.0])
+    roads = PlanView(np.arange(3), zero, begin, zero, heading, length, zero)
+    line = PlanView(
+        np.arange(2), *(np.array([item]) for item in (0.0, x, 0.0, math.pi * (ahead < 0), abs(ahead), 0.0))
+    )
+    connecting = SimpleNamespace(plan_view=line, entry=np.array([end]), exit=np.array([2]))
+    parts = SimpleNamespace(plan_view=roads, length=length)
     assert runs_backwards(cast("ConnectingRoads", connecting), cast("RoadParts", parts)).tolist() == [backwards]
 
 

@@ -68,16 +68,21 @@ def swing_out(
 
 
 def runs_backwards(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
-    """Say which connecting roads set out against the heading of the lane that they come from, (n,).
+    """Say which connecting roads set out against the lane that they come from or arrive against the next one, (n,).
 
-    Their exit lies straight behind their entry: the arms that they join lie on each other.
+    The exit lies straight behind the entry, or in the same place: the arms that they join lie on each other.
     """
-    plan, street = connecting.plan_view, connecting.entry // 2
+    plan = connecting.plan_view
     out = np.zeros(len(connecting.entry), bool)
     row = np.flatnonzero(np.diff(plan.start) > 0)
-    at_end = connecting.entry % 2 == 1
-    hdg = pose(parts.plan_view, street, np.where(at_end, parts.length[street], 0.0))[2] + np.where(at_end, 0.0, np.pi)
-    out[row] = np.cos(pose(plan, row, np.zeros(len(row)))[2] - hdg[row]) < 0.0
+    for end, inwards, s in (
+        (connecting.entry[row], 1, np.zeros(len(row))),
+        (connecting.exit[row], 0, lengths(plan, row)),
+    ):
+        road, at_end = end // 2, end % 2 == 1
+        hdg = pose(parts.plan_view, road, np.where(at_end, parts.length[road], 0.0))[2]
+        hdg = hdg + np.where(end % 2 == inwards, 0.0, np.pi)
+        out[row] |= np.cos(pose(plan, row, s)[2] - hdg) < 0.0
     return out
 
 
