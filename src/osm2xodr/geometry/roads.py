@@ -135,8 +135,10 @@ def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolA
 def _round_islands(network: StreetNetwork, layout: JunctionLayout) -> frozenset[int]:
     """Return the junctions whose loops go round an island (OSM wiki, Tag:highway=turning_loop)."""
     loops = {node for node, tags in network.node_tags.items() if tags.get("highway") == "turning_loop"}
-    ids = [item.osm_node_id for item in network.intersections] if loops else []
-    return frozenset(k for k, nodes in enumerate(layout.nodes) if loops and any(ids[node] in loops for node in nodes))
+    if not loops:
+        return frozenset()
+    ids = [item.osm_node_id for item in network.intersections]
+    return frozenset(k for k, nodes in enumerate(layout.nodes) if any(ids[node] in loops for node in nodes))
 
 
 def _islands(

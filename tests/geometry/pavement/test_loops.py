@@ -73,6 +73,12 @@ def test_ways_between_two_arms_are_no_loops() -> None:
     assert lay_floor(replace(roads, exit=roads.entry + 2), Rule.RIGHT_HAND).paved_left == frozenset()
 
 
+def test_a_way_that_turns_back_where_other_arms_are_is_no_loop() -> None:
+    other = connecting([(0.0, 30.0, 20.0, 30.0)])
+    both = loops(Rule.RIGHT_HAND).joined(replace(other, entry=other.entry + 2, exit=other.exit + 4))
+    assert lay_floor(both, Rule.RIGHT_HAND).paved_left == frozenset()
+
+
 def test_a_way_straight_on_is_no_loop_even_on_one_arm() -> None:
     floor = lay_floor(connecting([(0.0, 0.0, 20.0, 0.0)]), Rule.RIGHT_HAND)
     assert (floor.left, floor.right) == ({}, {})

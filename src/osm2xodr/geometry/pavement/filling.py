@@ -14,7 +14,7 @@ from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.faces import Faces
 from osm2xodr.geometry.pavement.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
 from osm2xodr.geometry.pavement.islands import Hole, find_holes
-from osm2xodr.geometry.pavement.loops import fill_loops
+from osm2xodr.geometry.pavement.loops import Loops, fill_loops
 from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
@@ -60,7 +60,9 @@ def lay_floor(
     edges = LaneEdges.of(roads, rule)
     known, number = np.unique(roads.junction, return_inverse=True)
     junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
-    parts = [_laid(rows, junction[rows], roads, edges, faces, unpaved) for rows in _batches(roads, junction)]
+    cars = roads.for_vehicles()
+    loops = Loops.of(roads, cars, unpaved)
+    parts = [_laid(rows, junction[rows], roads, cars, edges, faces, loops) for rows in _batches(roads, junction)]
     found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
@@ -84,21 +86,21 @@ def _laid(
     rows: IntArray,
     junction_of: IntArray,
     roads: ConnectingRoads,
+    cars: BoolArray,
     edges: LaneEdges,
     faces: Faces,
-    unpaved: AbstractSet[int],
+    loops: Loops,
 ) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
     """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and holes.
 
-    `rows` are the roads of some whole junctions, and `junction_of` is theirs.
+    `rows` are the roads of some whole junctions, and `junction_of` is theirs; `cars` (roads,) are for motor vehicles.
     """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
-    in_loops, loops_paved = fill_loops(sections, rows, roads, unpaved)
+    in_loops, loops_paved = fill_loops(sections, loops)
     sections = sections.widened(in_loops, loops_paved)
     known, of = np.unique(junction_of, return_inverse=True)
     number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
-    cars = roads.for_vehicles()
     grids = find_gaps(sections, junction, cars, faces)
     holes = find_holes(grids, cars)
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)

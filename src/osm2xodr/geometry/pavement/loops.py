@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,29 +23,41 @@ _BEYOND: Final = 0.05
 _LEAST_SINE: Final = 1e-3
 
 
-def fill_loops(
-    sections: CrossSections, rows: IntArray, roads: ConnectingRoads, unpaved: AbstractSet[int]
-) -> tuple[FloatArray, BoolArray]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Loops:
+    """Loops for cars at dead ends, of several round one middle the innermost, (n,)."""
+
+    road: IntArray  # Index of the connecting road, ascending
+    side: IntArray  # The side of its middle: left 1, right -1
+    paved: BoolArray  # Whether they go round pavement
+
+    @classmethod
+    def of(cls, roads: ConnectingRoads, cars: BoolArray, unpaved: AbstractSet[int]) -> Loops:
+        """Return the loops among connecting roads, of which some are for `cars`, (roads,).
+
+        `unpaved` are the junctions whose loops go round something else than pavement.
+        """
+        turn = np.bincount(owners(roads.plan_view.start), record_turns(roads.plan_view), len(roads.length))
+        road = _innermost(np.flatnonzero(cars & (np.abs(turn) >= LEAST_TURN_BACK)), roads)
+        return cls(road, np.where(turn[road] > 0.0, 1, -1), ~np.isin(roads.junction[road], sorted(unpaved)))
+
+
+def fill_loops(sections: CrossSections, loops: Loops) -> tuple[FloatArray, BoolArray]:
     """Return the widths of strips within loops, left and right (2, n), m, and which of them are paved, (2, n).
 
-    `rows` are the roads of some whole junctions that the cross sections are of, `unpaved` the junctions whose loops
-    go round something else. Loops are symmetric about the middle of their arm, and strips reach up to there. Of
-    several loops round one middle the innermost has a strip.
+    Loops are symmetric about the middle of their arm, and strips reach up to there.
     """
     width, paved = np.zeros((2, len(sections.road))), np.zeros((2, len(sections.road)), bool)
-    turn = np.bincount(owners(roads.plan_view.start), record_turns(roads.plan_view), len(roads.length))
-    loops = _innermost_loops(rows[np.abs(turn[rows]) >= LEAST_TURN_BACK], roads)
-    if not len(loops):
+    k = np.flatnonzero(np.isin(sections.road, loops.road))
+    if not len(k):
         return width, paved
-    number = np.full(len(roads.length), -1, np.int64)
-    number[loops] = np.arange(len(loops))
-    k = np.flatnonzero(number[sections.road] >= 0)
-    loop = number[sections.road[k]]
+    number = np.searchsorted(loops.road, sections.road[k])
+    loop = np.unique(number, return_inverse=True)[1]
     first, last = np.flatnonzero(np.diff(loop, prepend=-1)), np.flatnonzero(np.diff(loop, append=-1))
     mx, my = ((place[k[first]] + place[k[last]]) / 2 for place in (sections.x, sections.y))
     # Seen from the arm, which the cross sections at both ends are square to.
     ax, ay = sections.ny[k[first]], -sections.nx[k[first]]
-    side = np.where(turn[loops] > 0.0, 1, -1)[loop]
+    side = loops.side[number]
     edge = sections.edge(side, k)
     ux, uy = side * sections.nx[k], side * sections.ny[k]
     x, y = sections.x[k] + edge * sections.nx[k] - mx[loop], sections.y[k] + edge * sections.ny[k] - my[loop]
@@ -56,20 +69,19 @@ def fill_loops(
     reach = np.clip((1.0 + _BEYOND) * to_middle, 0.0, within)
     row = (side < 0).astype(np.int64)
     width[row, k] = reach
-    paved[row, k] = ~np.isin(roads.junction[loops], sorted(unpaved))[loop] & (reach > 0.0)
+    paved[row, k] = loops.paved[number] & (reach > 0.0)
     return width, paved
 
 
-def _innermost_loops(rows: IntArray, roads: ConnectingRoads) -> IntArray:
-    """Return the shortest of the roads for cars that turn back on the only arm of their junction, (n,)."""
-    rows = rows[roads.for_vehicles()[rows]]
+def _innermost(rows: IntArray, roads: ConnectingRoads) -> IntArray:
+    """Return those of some roads, by their rows, that are the shortest on the only arm of their junction, (n,)."""
     if not len(rows):
         return rows
-    _, of = np.unique(roads.junction[rows], return_inverse=True)
-    ends = np.stack([roads.entry[rows], roads.exit[rows]])
+    _, of = np.unique(roads.junction, return_inverse=True)
     low, high = np.full(int(of.max()) + 1, np.iinfo(np.int64).max), np.full(int(of.max()) + 1, -1)
-    np.minimum.at(low, of, ends.min(axis=0))
-    np.maximum.at(high, of, ends.max(axis=0))
-    back = rows[(low == high)[of]]
+    for end in (roads.entry, roads.exit):
+        np.minimum.at(low, of, end)
+        np.maximum.at(high, of, end)
+    back = rows[(low == high)[of[rows]]]
     order = np.lexsort((roads.length[back], roads.junction[back]))
-    return np.asarray(back[order][np.unique(roads.junction[back][order], return_index=True)[1]])
+    return np.sort(back[order][np.unique(roads.junction[back][order], return_index=True)[1]])

@@ -89,7 +89,7 @@ def build_ground(
     cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH, found)
     x, y = (axis.ravel() for axis in cells.node_xy())
     limits = _limits(points[edges], beyond, above, below)
-    level = np.append(np.zeros(0) if water is None else water.levels, np.nan)[cells.water]
+    level = np.full(cells.nodes, np.nan) if water is None else water.level_of(cells.water)
     there, closed = _base(known(x, y).reshape(cells.nodes), level)
     base, inside = with_strips(cells, closed, limits.xyz[limits.normal.any(1)])
     z = node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz))

@@ -68,7 +68,11 @@ class WaterShapes:
 
     def level_at(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the height of level water at each place, (n,), m; NaN where there is none."""
-        found: FloatArray = np.append(self.levels, np.nan)[self.found_at(x, y)]
+        return self.level_of(self.found_at(x, y))
+
+    def level_of(self, area: IntArray) -> FloatArray:
+        """Return the height of level water in areas, -1 for none, m; NaN where there is none or it falls."""
+        found: FloatArray = np.append(self.levels, np.nan)[area]
         return found
 
 
@@ -203,7 +207,7 @@ def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -
     What `vertices` (n, 3 or more) have beside x, y, z is interpolated.
     """
     vertices, faces, wet, area = _cut(vertices, faces, shapes)
-    rows = np.flatnonzero(wet & np.isfinite(np.append(shapes.levels, np.nan)[area]))
+    rows = np.flatnonzero(wet & np.isfinite(shapes.level_of(area)))
     area = area[rows]
     used, corner = np.unique(faces[rows], return_inverse=True)
     place, _ = merged_places(vertices[used][:, :2])
@@ -260,7 +264,7 @@ def _cut(
     xy = shapely.get_coordinates(np.concatenate(pieces)).reshape(-1, 4, 2)[:, :3]
     more = np.dstack([xy, _values(corners[np.concatenate(row)], xy)])
     new_wet, new_area = np.concatenate(wets), _area_of(more, shapes)
-    more[..., 2] = np.maximum(more[..., 2], _at_shores(more, new_wet, np.append(shapes.levels, np.nan)[new_area]))
+    more[..., 2] = np.maximum(more[..., 2], _at_shores(more, new_wet, shapes.level_of(new_area)))
     more, new = np.unique(more.reshape(-1, vertices.shape[1]), axis=0, return_inverse=True)
     new = len(vertices) + new.reshape(-1, 3)
     kept = np.delete(np.arange(len(faces)), near)
