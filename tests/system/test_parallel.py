@@ -116,3 +116,15 @@ def test_a_task_ends_with_its_block() -> None:
     assert not multiprocessing.active_children()
     with Task(lambda: 7, apart=True) as task:
         assert task.result() == 7
+
+
+def copies_within_a_copy() -> list[int]:
+    with Task(os.getpid, apart=True) as task:
+        return [os.getpid(), task.result()]
+
+
+@needs_fork
+def test_a_copy_makes_no_copies_of_its_own() -> None:
+    with Task(copies_within_a_copy, apart=True) as task:
+        copy, inner = task.result()
+    assert copy == inner != os.getpid()

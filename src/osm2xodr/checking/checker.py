@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking.checks import check_tables, schema_violations
+from osm2xodr.checking.checks import Violation, check_tables, schema_violations
 from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
-from osm2xodr.system import stage, unpacked
+from osm2xodr.system import Task, available_jobs, stage, unpacked
 
 # Bytes that are read at once; headers are shorter.
-_CHUNK = 1 << 16
+_CHUNK: Final = 1 << 16
+# Files of more bytes are checked on two cores: a copy of the process costs about as much as a file of this size.
+_LARGE: Final = 2_000_000
 
 
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
@@ -31,14 +35,17 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
 
 def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
     """Check a file that was read before; see `check_file`."""
-    stage("checking the schema")
     rules = options.rules()
     findings = Findings(drive, rules)
-    notes = _check_schema(drive, options, findings)
-    stage("checking roads")
     # Damaged files lead to NaN and infinity; warnings about them would say nothing new.
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+    with _schema(drive, options, findings) as schema, np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        stage("checking roads")
         check_tables(drive, _head(drive.path), findings)
+        stage("checking the schema")
+        violations, note = schema.result()
+    findings.add(
+        "schema", line=[line for line, _ in violations], other=[text for _, text in violations], count=len(violations)
+    )
     readers = frozenset(options.readers)
     found = findings.records(options.most, readers, lambda road, s: _located(drive, road, s))
     major, minor = drive.header.revision
@@ -50,19 +57,19 @@ def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
         rules,
         findings.counts(),
         _on_earth(drive, found),
-        notes,
+        () if note is None else (note,),
     )
 
 
-def _check_schema(drive: OpenDrive, options: CheckOptions, findings: Findings) -> tuple[str, ...]:
-    """Check the file against its schema, and return why that was not possible, if so."""
+def _schema(
+    drive: OpenDrive, options: CheckOptions, findings: Findings
+) -> Task[tuple[tuple[Violation, ...], str | None]]:
+    """Find how the file violates its schema, and why that is not known, if so; beside all else if it is large."""
     if not findings.wants("schema"):
-        return ()
-    violations, note = schema_violations(drive.path, drive.header.revision, options.schema)
-    findings.add(
-        "schema", line=[line for line, _ in violations], other=[text for _, text in violations], count=len(violations)
-    )
-    return () if note is None else (note,)
+        return Task(lambda: ((), None), apart=False)
+    large = drive.path.is_file() and drive.path.stat().st_size > _LARGE
+    find = partial(schema_violations, drive.path, drive.header.revision, options.schema)
+    return Task(find, apart=large and available_jobs() > 1)
 
 
 def _head(path: Path) -> str:

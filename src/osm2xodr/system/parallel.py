@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
@@ -110,8 +111,10 @@ class Task(Generic[T]):
 
 
 def can_fork() -> bool:
-    """Return whether this system copies processes."""
-    return hasattr(os, "fork")
+    """Return whether this process may be copied: the system can, and it is no copy that must not have copies."""
+    # What is not loaded has made no copies.
+    process = sys.modules.get("multiprocessing.process")
+    return hasattr(os, "fork") and not (process and process.current_process().daemon)
 
 
 def available_jobs() -> int:

@@ -12,13 +12,13 @@ from osm2xodr.checking.checks.plan_views import check_plan_views
 from osm2xodr.checking.checks.profiles import check_profiles
 from osm2xodr.checking.checks.readers import check_misfits, check_readers
 from osm2xodr.checking.checks.references import check_references
-from osm2xodr.checking.checks.schema import schema_violations
+from osm2xodr.checking.checks.schema import Violation, schema_violations
 from osm2xodr.checking.checks.surfaces import check_surfaces
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.system import advance
 
-__all__ = ["check_tables", "lane_index", "schema_violations", "transitions"]
+__all__ = ["Violation", "check_tables", "lane_index", "schema_violations", "transitions"]
 
 
 def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import gc
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -15,10 +17,11 @@ from osm2xodr.opendrive.reader.furniture import read_furniture
 from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
 from osm2xodr.opendrive.reader.lanes import LaneReader
 from osm2xodr.opendrive.reader.nodes import Node, TreeReader
+from osm2xodr.opendrive.reader.parts import Part, find_parts
 from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import Controller, Furniture, Header, OpenDrive
-from osm2xodr.system import stage
+from osm2xodr.system import Task, available_jobs, stage
 
 _ROOT: Final = "OpenDRIVE"
 _ROOT_UNREAD: Final = frozenset({"junctionGroup", "station"})
@@ -43,20 +46,59 @@ def read_xodr(path: Path) -> OpenDrive:
         If it cannot be read, is not XML, or is not OpenDRIVE.
     """
     stage(f"reading {path}")
-    reader = TreeReader(path)
-    document = _Document()
     with _no_collection():
-        for node in reader.trees():
-            if reader.root is not None and reader.root.tag != _ROOT:
-                break
-            document.add(node)
-    root = reader.root
+        document, root = _in_parts(path, find_parts(path, available_jobs())) or _read(path)
     if root is None or root.tag != _ROOT:
         tag = "" if root is None else f": its root is <{root.tag}>"
         raise InputError(f"{path} is XML, but not OpenDRIVE{tag}; give a file of OpenDRIVE (.xodr)")
     if "xmlns" in root.attributes:
         document.values.report("namespace", root, f"<{_ROOT}> has the namespace {root.attributes['xmlns']!r}")
     return document.tables(path, root)
+
+
+def _read(path: Path, part: Part | None = None, negated: bool = False) -> tuple[_Document, Node | None]:
+    """Read a file, or a part of it: its elements, and its root, if it has one."""
+    reader, document = TreeReader(path, part), _Document(negated)
+    for node in reader.trees():
+        if reader.root is not None and reader.root.tag != _ROOT:
+            break
+        document.add(node)
+    return document, reader.root
+
+
+def _in_parts(path: Path, parts: tuple[Part, ...]) -> tuple[_Document, Node | None] | None:
+    """Read a file by parts, side by side; None if it has to be read as a whole, to say what is wrong with it."""
+    if len(parts) < 2:
+        return None
+    with contextlib.ExitStack() as stack:
+        try:
+            negated = _has_negated_lanes(path, parts[0])
+            work = [partial(_further, path, part, negated) for part in parts[1:]]
+            others = [stack.enter_context(Task(item, apart=True)) for item in work]
+            document, root = _read(path, parts[0])
+            for other in others:
+                document.extend(other.result())
+        except (InputError, _NotAPartError):
+            return None
+    return document, root
+
+
+def _further(path: Path, part: Part, negated: bool) -> _Document:
+    """Read a part of a file behind the first one."""
+    document, _ = _read(path, part, negated)
+    if document.has_header:
+        raise _NotAPartError
+    return document
+
+
+def _has_negated_lanes(path: Path, part: Part) -> bool:
+    """Say whether the header, in the first part of a file, says that lane ids were negated."""
+    document = _Document()
+    for node in TreeReader(path, part).trees():
+        document.add(node)
+        if node.tag in ("header", "road"):
+            break
+    return document.values.negated
 
 
 @contextlib.contextmanager
@@ -71,11 +113,15 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-class _Document:
-    """Collects the elements of the root one by one."""
+class _NotAPartError(Exception):
+    """What was taken for a part of a file has a header."""
 
-    def __init__(self) -> None:
-        self.values = Values()
+
+class _Document:
+    """Collects the elements of the root one by one; `negated` says whether lane ids are, before the header does."""
+
+    def __init__(self, negated: bool = False) -> None:
+        self.values = Values(negated)
         self._header: Header | None = None
         self._roads = RoadReader(self.values)
         self._lanes = LaneReader(self.values)
@@ -101,6 +147,22 @@ class _Document:
                 self.values.report("repeated-element", node, "the file has more than one <header>; the first is used")
         else:
             self.values.check_known(node, Node(_ROOT, {}, node.line), _ROOT_UNREAD)
+
+    @property
+    def has_header(self) -> bool:
+        """Whether there was a header."""
+        return self._header is not None
+
+    def extend(self, other: _Document) -> None:
+        """Add what a further part of the file has."""
+        first = len(self._roads.ids)
+        self.values.extend(other.values, first)
+        self._roads.extend(other._roads)
+        self._lanes.extend(other._lanes)
+        self._junctions.extend(other._junctions)
+        self._furniture.extend(replace(item, road=first + item.road) for item in other._furniture)
+        self._controllers.extend(other._controllers)
+        self._provenance.update({(first + road, code): value for (road, code), value in other._provenance.items()})
 
     def _road(self, node: Node) -> None:
         """Read a road."""

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.records import extend_starts
 from osm2xodr.opendrive.reader.values import Values
 from osm2xodr.opendrive.tables import ABSENT, ConnectionTable, Controller, JunctionTable
 
@@ -27,7 +28,7 @@ class JunctionReader:
         self.ids: list[str] = []
         self._names: list[tuple[str, str]] = []
         self._lines: list[int] = []
-        self._start = [0]
+        self._start = array("q", [0])
         self._priorities: list[tuple[int, str, str]] = []
         self._controllers: list[tuple[int, str]] = []
         # Id, incoming and connecting road of each connection.
@@ -53,6 +54,23 @@ class JunctionReader:
             else:
                 values.check_known(child, node, _UNREAD)
         self._start.append(len(self._texts[0]))
+
+    def extend(self, other: JunctionReader) -> None:
+        """Add all junctions of another part of the file."""
+        first = len(self.ids)
+        self.ids.extend(other.ids)
+        self._names.extend(other._names)
+        self._lines.extend(other._lines)
+        self._priorities.extend((first + index, high, low) for index, high, low in other._priorities)
+        self._controllers.extend((first + index, name) for index, name in other._controllers)
+        for names, others in zip(self._texts, other._texts, strict=True):
+            names.extend(others)
+        numbers = np.array(other._numbers, np.int64)
+        numbers[::3] += first
+        self._numbers.frombytes(numbers.tobytes())
+        self._links.extend(other._links)
+        extend_starts(self._start, other._start)
+        extend_starts(self._link_start, other._link_start)
 
     def _connection(self, junction: int, node: Node) -> None:
         """Read a connection."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from array import array
 from itertools import pairwise
 from sys import intern
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from osm2xodr.curves import owners
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
-from osm2xodr.opendrive.reader.records import Records
+from osm2xodr.opendrive.reader.records import Records, extend_starts
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import ABSENT, LaneTable, MarkTable, Misfit, SectionTable
 
@@ -54,6 +54,26 @@ class LaneReader:
             self._section_lines.append(node.line)
             self._section(node)
         self._section_start.append(len(self._section_s))
+
+    def extend(self, other: LaneReader) -> None:
+        """Add all sections of another part of the file."""
+        for mine, more in zip(self._columns(), other._columns(), strict=True):
+            mine.extend(more)
+        for starts, others in zip(self._starts(), other._starts(), strict=True):
+            extend_starts(starts, others)
+        self._width.extend(other._width)
+        self._border.extend(other._border)
+
+    def _columns(self) -> tuple[Any, ...]:
+        """Return what has one item for each section, lane or mark, or some of them."""
+        return (
+            *(self._section_s, self._section_lines, self._rows, self._speeds, self._heights, self._mark_s),
+            *(*self._texts, *self._mark_texts),
+        )
+
+    def _starts(self) -> tuple[array[int], ...]:
+        """Return where the sections of roads, the lanes of sections and the marks of lanes start."""
+        return self._section_start, self._lane_start, self._mark_start
 
     def _section(self, node: Node) -> None:
         """Read the lanes of a section."""

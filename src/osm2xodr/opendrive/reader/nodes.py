@@ -15,6 +15,7 @@ from typing import BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader.parts import Part
 from osm2xodr.system import advance, unpacked
 
 _CHUNK: Final = 1 << 18
@@ -43,11 +44,16 @@ class _DoctypeError(Exception):
 
 
 class TreeReader:
-    """Reads a document; its outermost element is `root`, once that has begun, whose children are not kept."""
+    """Reads a document, or a part of one; its outermost element is `root`, once that has begun.
 
-    def __init__(self, path: Path) -> None:
+    The children of the root are not kept. A part is read as if it were a document.
+    """
+
+    def __init__(self, path: Path, part: Part | None = None) -> None:
         self.root: Node | None = None
         self._path = path
+        self._part = part
+        self._lines_before = part.lines_before if part else 0
         self._open: list[Node] = []
         self._done: list[Node] = []
         self._texts: list[str] = []
@@ -60,15 +66,11 @@ class TreeReader:
     def trees(self) -> Iterator[Node]:
         """Yield the children of the root, each as a whole; `InputError` if the file cannot be read or is not XML."""
         try:
-            with _opened(self._path) as (stream, share):
-                more = True
-                while more:
-                    chunk = stream.read(_CHUNK)
-                    more = bool(chunk)
-                    advance(share())
-                    self._parser.Parse(chunk, not more)
-                    done, self._done = self._done, []
-                    yield from done
+            for chunk, share in _chunks(self._path, self._part):
+                advance(share)
+                self._parser.Parse(chunk, not chunk)
+                done, self._done = self._done, []
+                yield from done
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, "it cannot be parsed")
             raise InputError(
@@ -88,7 +90,7 @@ class TreeReader:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         """Begin an element."""
         tag = tag.rpartition(":")[2]
-        node = Node(tag, attributes, self._parser.CurrentLineNumber)
+        node = Node(tag, attributes, self._lines_before + self._parser.CurrentLineNumber)
         if self._open:
             self._open[-1].children.append(node)
         else:
@@ -111,6 +113,29 @@ class TreeReader:
     def _refuse(self, *_: object) -> None:
         """Stop at a declaration of a document type."""
         raise _DoctypeError
+
+
+def _chunks(path: Path, part: Part | None) -> Iterator[tuple[bytes, float]]:
+    """Yield the bytes of a document one after another, an empty piece at last, each with the share read so far."""
+    if part is None:
+        with _opened(path) as (stream, share):
+            more = True
+            while more:
+                chunk = stream.read(_CHUNK)
+                more = bool(chunk)
+                yield chunk, share()
+        return
+    if part.head:
+        yield part.head, 0.0
+    with path.open("rb") as file:
+        file.seek(part.first)
+        left = part.last - part.first
+        while left > 0 and (chunk := file.read(min(_CHUNK, left))):
+            left -= len(chunk)
+            yield chunk, 1.0 - left / (part.last - part.first)
+    if part.tail:
+        yield part.tail, 1.0
+    yield b"", 1.0
 
 
 @contextlib.contextmanager

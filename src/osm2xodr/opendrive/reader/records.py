@@ -36,6 +36,12 @@ class Records:
         """Go on to the next owner."""
         self._start.append(len(self._lines))
 
+    def extend(self, other: Records) -> None:
+        """Add all owners of another collection."""
+        extend_starts(self._start, other._start)
+        self._flat.extend(other._flat)
+        self._lines.extend(other._lines)
+
     @property
     def is_empty(self) -> bool:
         """Whether the current owner has no rows."""
@@ -80,6 +86,12 @@ class Records:
         """Return rows of s, a, b, c, d as a table, and their lines."""
         rows, lines, _ = self.table()
         return CubicProfile(self.start, *columns(rows)), lines
+
+
+def extend_starts(starts: array[int], others: array[int]) -> None:
+    """Add the rows of other owners to the indices at which those of some owners start, (owners + 1,)."""
+    last = starts[-1]
+    starts.extend(last + start for start in others[1:])
 
 
 def columns(rows: FloatArray) -> list[FloatArray]:

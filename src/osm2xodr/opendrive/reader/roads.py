@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -168,6 +168,20 @@ class RoadReader:
             text = f"elementType={word!r} of <{node.tag}> is neither road nor junction"
             self._values.report("bad-value", node, text)
         return kind, self._values.text(node, "elementId"), self._values.contact(node)
+
+    def extend(self, other: RoadReader) -> None:
+        """Add all roads of another part of the file."""
+        for mine, more in zip(self._columns(), other._columns(), strict=True):
+            mine.extend(more)
+        for records, others in zip(self._records, other._records, strict=True):
+            records.extend(others)
+
+    def _columns(self) -> tuple[Any, ...]:
+        """Return what has one item for each road, or two for its ends, and the words of types."""
+        return (
+            *(self.ids, self._names, self._junctions, self._left_hand, self._lengths, self._lines, self._shapes),
+            *(self._link_kinds, self._contacts, self._link_ids, self._type_words),
+        )
 
     @property
     def lengths(self) -> FloatArray:

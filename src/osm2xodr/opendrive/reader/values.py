@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.opendrive.reader.nodes import Node
@@ -29,10 +30,14 @@ class Values:
     with the other sign than the standard wants.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, negated: bool = False) -> None:
         self.misfits: list[Misfit] = []
         self.road = -1
-        self.negated = False
+        self.negated = negated
+
+    def extend(self, other: Values, first: int) -> None:
+        """Add the reports of another part of the file, whose roads begin with the index `first`."""
+        self.misfits.extend(replace(item, road=first + item.road if item.road >= 0 else -1) for item in other.misfits)
 
     def report(self, rule: str, node: Node, text: str) -> None:
         """Report something that is wrong with an element."""

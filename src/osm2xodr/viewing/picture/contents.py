@@ -275,7 +275,10 @@ def _halves(heading: FloatArray) -> list[tuple[int, int]]:
     overlaps itself would have a hole there.
     """
     last = len(heading) - 1
-    turns_back = bool(np.ptp(np.unwrap(heading)) > math.pi)
+    step = heading[1:] - heading[:-1]
+    step -= 2 * math.pi * np.rint(step / (2 * math.pi))
+    turn = np.abs(step).sum()
+    turns_back = bool(turn > math.pi and np.ptp(np.unwrap(heading)) > math.pi)
     return [(0, last // 2), (last // 2, last)] if turns_back and last > 1 else [(0, last)]
 
 
