@@ -16,6 +16,7 @@ from osm2xodr.checking.findings import Findings
 from osm2xodr.curves import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
+from osm2xodr.system import available_jobs, map_parallel
 
 # Surfaces of junctions: step of the samples along a road, m, and their shares of the carriageway's width; samples of
 # two roads that are nearer than the last, m, are one place.
@@ -125,7 +126,9 @@ def has_length(drive: OpenDrive) -> BoolArray:
 
 def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check connecting roads: one finding for each pair, where it is worst."""
-    parts = [_steps(drive, carriageways(drive, lanes, roads, _STEP)) for roads in _by_junction(drive)]
+    parts = map_parallel(
+        lambda roads: _steps(drive, carriageways(drive, lanes, roads, _STEP)), _by_junction(drive), available_jobs()
+    )
     low, high, apart, road, s = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     worst = worst_of(low * len(drive.roads.id) + high, apart)
     other = high[worst]
@@ -204,10 +207,12 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
 
 def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
     """Return the cells that belong to two of some roads, from points at a step along and a spacing across, m."""
-    parts = [
-        _shared_cells(drive, carriageways(drive, lanes, some, step), spacing, columns)
-        for some, columns in _bands(drive, lanes, roads, step)
-    ]
+
+    def shared(band: tuple[IntArray, tuple[float, float]]) -> _Shared:
+        some, columns = band
+        return _shared_cells(drive, carriageways(drive, lanes, some, step), spacing, columns)
+
+    parts = list(map_parallel(shared, list(_bands(drive, lanes, roads, step)), available_jobs()))
     return _Shared(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("low", "high", "s")))
 
 
