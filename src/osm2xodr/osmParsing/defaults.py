@@ -67,6 +67,10 @@ FOOTWAY_BESIDE: Final = 8.0
 # Least density of residential streets around a street in a built-up area, m per hectare. Of 39 km of streets around
 # Heidelberg whose tags say where they lie, 87 % are told right with it, more than with 5 or 15.
 BUILT_UP_DENSITY: Final = 10.0
+# Or of residential, unclassified, tertiary and secondary streets together: the grid of a town whose streets are not
+# residential, as in downtowns. Of 5,600 streets with a limit in 47 extracts, 80 % of those up to 60 km/h are found
+# instead of 73 %, and 29 % of the faster ones instead of 27 %; with 60 m per hectare, 84 and 36 %.
+BUILT_UP_STREET_DENSITY: Final = 80.0
 # Streets with a higher limit have lanes as outside of towns, km/h: RASt 06 holds up to 50, signs in towns add 10; the
 # Green Book's streets of low speed end at 45 mph. A choice between.
 TOWN_SPEED_MAX_KMH: Final = 60.0

@@ -18,7 +18,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
 from osm2xodr.osmParsing.corrections import correct_nodes
-from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY
+from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY, BUILT_UP_STREET_DENSITY
 from osm2xodr.osmParsing.file import OsmFile, RawNodes, RawWay, open_osm_file, read_nodes
 from osm2xodr.osmParsing.network import (
     Pieces,
@@ -39,8 +39,8 @@ from osm2xodr.osmParsing.roadside import (
     is_thing,
     node_keys,
     read_beside,
-    residential_density,
     sample_streets,
+    street_densities,
     with_guessed_sidewalks,
 )
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
@@ -147,11 +147,12 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
 
 
 def _among_dwellings(ways: Sequence[RawWay], pieces: Pieces, points: FloatArray) -> set[int]:
-    """Return the ids of the ways among residential streets; `points` (n, 2) are the nodes, m."""
+    """Return the ids of the ways among residential, or among many, streets; `points` (n, 2) are the nodes, m."""
     counts = pieces.last - pieces.first + 1
     nodes = pieces.node[runs(pieces.first, counts)]
-    density = residential_density(points[nodes], counts, pieces.way, [way.tags["highway"] for way in ways])
-    return {ways[index].id for index in np.flatnonzero(density >= BUILT_UP_DENSITY).tolist()}
+    dwellings, streets = street_densities(points[nodes], counts, pieces.way, [way.tags["highway"] for way in ways])
+    dense = (dwellings >= BUILT_UP_DENSITY) | (streets >= BUILT_UP_STREET_DENSITY)
+    return {ways[index].id for index in np.flatnonzero(dense).tolist()}
 
 
 def _read_nodes(file: OsmFile, ways: Sequence[RawWay], furniture: bool, extra: frozenset[str]) -> RawNodes:

@@ -24,7 +24,7 @@ def values(module: ModuleType) -> dict[str, object]:
     return {name: value for name, value in vars(module).items() if name.isupper()}
 
 
-GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
+GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "BUILT_UP_STREET_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
 DEFAULTS = values(shared) | values(of_lanes) | values(of_margins)
 DEFAULTS |= {name: getattr(of_parsing, name) for name in (*GUESSED_SPEEDS, "LANE_WIDTH_MIN", "TOWN_SPEED_MAX_KMH")}
 DEFAULTS |= {

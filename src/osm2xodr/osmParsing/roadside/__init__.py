@@ -6,7 +6,7 @@ footways that are mapped apart, `guessed_sidewalks` adds those of streets in tow
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.roadside.built_up import residential_density
+from osm2xodr.osmParsing.roadside.built_up import street_densities
 from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
@@ -18,8 +18,8 @@ __all__ = [
     "is_thing",
     "node_keys",
     "read_beside",
-    "residential_density",
     "sample_streets",
+    "street_densities",
     "street_node_tags",
     "way_values",
     "ways_beside",

@@ -1,4 +1,4 @@
-"""How densely residential streets lie around each way: the mark of a built-up area where no tag says so."""
+"""How densely streets lie around each way: the mark of a built-up area where no tag says so."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from osm2xodr.osmParsing.roadside.reach import sample_lines
 
 # Streets with houses, by OSM's highway value (OSM wiki, Key:highway).
 _RESIDENTIAL: Final = frozenset({"residential", "living_street"})
+# And what makes the grid of a town with them; primary roads and faster ones have several carriageways in the country.
+_STREETS: Final = _RESIDENTIAL | {"unclassified", "tertiary", "secondary"}
 # Distance of the points at which it is measured, m: a quarter of a cell.
 _SPACING: Final = 25.0
 # Side of the cells, m; a place is judged by three by three of them, 9 ha: about a block on each side. A choice.
@@ -21,26 +23,28 @@ _WINDOW_HA: Final = (3.0 * _CELL) ** 2 / 1e4
 _ROW: Final = 2**31
 
 
-def residential_density(points: FloatArray, counts: IntArray, ways: IntArray, highways: Sequence[str]) -> FloatArray:
-    """Return the mean density of residential streets around each way (ways,), m per hectare.
+def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highways: Sequence[str]) -> FloatArray:
+    """Return the mean density of residential streets, and of all streets, around each way (2, ways), m per hectare.
 
     `points` (n, 2) are the nodes of all pieces of ways, piece after piece, m; `counts` (m,) the number of nodes and
     `ways` (m,) the way of each piece, `highways` the class of each way.
     """
     lines = sample_lines(points, counts, _SPACING)
     way = np.repeat(ways, counts)[lines.node]
-    lived_on = np.array([highway in _RESIDENTIAL for highway in highways], np.bool_)
     column, row = np.floor(lines.points / _CELL).astype(np.int64).T
     cell = column * _ROW + row
     cells, index = np.unique(cell, return_inverse=True)
-    metres = np.bincount(index, np.where(lived_on[way], lines.length, 0.0), len(cells))
-    around = np.zeros(len(cells))
+    metres = np.zeros((2, len(cells)))
+    for row, kinds in zip(metres, (_RESIDENTIAL, _STREETS), strict=True):
+        counted = np.array([highway in kinds for highway in highways], np.bool_)
+        row += np.bincount(index, np.where(counted[way], lines.length, 0.0), len(cells))
+    around = np.zeros((2, len(cells)))
     for right in (-1, 0, 1):
         for up in (-1, 0, 1):
             beside = cells + right * _ROW + up
             at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
-            around += np.where(cells[at] == beside, metres[at], 0.0)
-    total = np.bincount(way, lines.length * around[index], len(highways))
+            around += np.where(cells[at] == beside, metres[:, at], 0.0)
+    total = np.array([np.bincount(way, lines.length * row[index], len(highways)) for row in around])
     length = np.bincount(way, lines.length, len(highways))
     density: FloatArray = total / np.maximum(length, 1e-9) / _WINDOW_HA
     return density
