@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lxml import etree
+from osm_builder import Area
 from real_readers import run_sumo, sumo_net
 from scene_files import scene_named
 
@@ -190,3 +191,28 @@ def test_netconvert_takes_our_signal_programmes(name: str, options: tuple[str, .
         # All ways through the junction are in it.
         lights = [item for item in net.iterfind("connection") if item.get("tl") == logic.get("id")]
         assert {item.get("linkIndex") for item in lights} == set(map(str, range(len(states[0]))))
+
+
+@pytest.mark.parametrize(("side", "options"), [("right", ()), ("left", ("--lefthand",))])
+def test_lanes_for_buses_are_lanes_for_buses(side: str, options: tuple[str, ...], tmp_path: Path) -> None:
+    """A one-way street with a bus lane on its near side meets one that has a single lane from there on."""
+    nodes = {1: (-150.0, 0.0), 2: (0.0, 0.0), 3: (150.0, 0.0), 4: (0.0, -150.0)}
+    buses = "yes|designated" if side == "right" else "designated|yes"
+    tags = f"highway=secondary oneway=yes maxspeed=50 driving_side={side}"
+    ways = {
+        10: (
+            [1, 2],
+            f"{tags} lanes=2 lanes:bus=1 bus:lanes={buses} access:lanes={buses.replace('designated', 'no')}",
+        ),
+        11: ([2, 3], f"{tags} lanes=1"),
+        12: ([4, 2], f"highway=residential oneway=yes maxspeed=30 driving_side={side}"),
+    }
+    osm = Area(nodes, ways).write(tmp_path)
+    osm2xodr.convert(osm, output=tmp_path / "sumo.xodr", target="sumo", left_hand=side == "left")
+    net = imported(tmp_path / "sumo.xodr", tmp_path, *options)
+    lanes = [item for edge in net.iterfind("edge") for item in edge.iterfind("lane") if item.get("allow") == "bus"]
+    (edge,) = {str(item.get("id")).rsplit("_", 1)[0] for item in lanes}
+    assert [item.get("index") for item in lanes] == ["0"]
+    (through,) = [item for item in net.iterfind("connection") if item.get("from") == edge]
+    assert (through.get("fromLane"), through.get("toLane")) == ("1", "0")
+    assert through.get("to") in edges(net)

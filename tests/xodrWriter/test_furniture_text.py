@@ -296,6 +296,7 @@ def test_sumo_gets_no_lanes_to_park_on() -> None:
     assert types == {name: {"shoulder"} if name == "sumo" else {"parking"} for name in TARGETS}
     assert [item.message for item in found if item.code == "word-for-reader"] == [
         "'bus' is written as 'restricted', as --target esmini wants",
+        "'bus' is written as 'driving', as --target sumo wants",
         "'parking' is written as 'shoulder', as --target sumo wants",
     ]
 

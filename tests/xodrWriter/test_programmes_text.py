@@ -86,6 +86,14 @@ def test_of_lanes_that_lead_to_one_netconvert_keeps_the_first_by_name() -> None:
     assert connections(crossing(*flat, links=(link(9, -1), link(90, -2)))) == ["-1_1"]
 
 
+def test_lanes_for_buses_count_and_give_way_to_those_for_cars() -> None:
+    (flat,) = sections((0.0, (Cubic(0.0, 3.0),)))
+    buses = replace(flat, lanes=(*flat.lanes[:2], replace(flat.lanes[2], type=LaneType.BUS), *flat.lanes[3:]))
+    # By its id, the way from the lane for buses would come first of those that lead to one lane.
+    assert connections(crossing(buses, links=(link(3, -2), link(4, -1)))) == ["-1_1"]
+    assert connections(crossing(flat, links=(link(3, -2), link(4, -1)))) == ["-1_0"]
+
+
 def test_a_programme() -> None:
     flat = sections((0.0, (Cubic(0.0, 3.0),)))
     road_map = crossing(*flat, links=(link(3, -1, -1), link(4, -2, -2)))

@@ -78,9 +78,27 @@ def test_words_of_no_version_are_refused() -> None:
 def test_words_that_a_reader_takes_for_something_else() -> None:
     words = Words(DIALECTS["1.7"], TARGETS["sumo"].lane_types)
     assert words.lane_type("parking") == "shoulder"
-    assert words.lane_type("bus") == "bus"
+    assert words.lane_type("border") == "border"
     assert words.replaced == {("parking", "shoulder")}
     assert Words(DIALECTS["1.7"], TARGETS["generic"].lane_types).lane_type("parking") == "parking"
+
+
+@pytest.mark.parametrize(
+    ("target", "version", "written", "users"),
+    [
+        ("sumo", "1.7", "driving", True),
+        # It has no words for who may drive there.
+        ("sumo", "1.4", "restricted", False),
+        ("esmini", "1.7", "restricted", False),
+        ("generic", "1.7", None, False),
+    ],
+)
+def test_lanes_for_buses_and_taxis(target: str, version: str, written: str | None, users: bool) -> None:
+    words = Words(DIALECTS[version], TARGETS[target].lane_types)
+    for kind in ("bus", "taxi"):
+        assert words.lane_type(kind) == (written or kind)
+        assert words.lane_users(kind) == ((kind,) if users else ())
+    assert words.lane_users("driving") == words.lane_users("parking") == ()
 
 
 def test_lane_changes_as_drivers_see_them() -> None:

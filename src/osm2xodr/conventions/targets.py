@@ -43,7 +43,9 @@ class Target:
     value_in_subtype: bool = True
     # Types of lanes that it misunderstands, and their replacements. SUMO lets cars drive on lanes for parking, at
     # 5 km/h (SUMO's documentation, Networks/Import/OpenDRIVE; measured with 1.28); CARLA and esmini do not. esmini
-    # 3.6 finds no lane where there is one for buses.
+    # 3.6 finds no lane where there is one for buses. SUMO's netconvert leaves out lanes for buses and taxis and gives
+    # their ways through junctions to the outermost lane for cars; as lanes for all with an ``<access>`` it knows them
+    # (measured with 1.28).
     lane_types: tuple[tuple[str, str], ...] = ()
     # Where it looks for the corners of crosswalks; in version 1.4, BOTH is written as STANDARD
     crosswalks: Crosswalks = Crosswalks.STANDARD
@@ -151,7 +153,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
             ),
             Target(
                 "sumo",
-                lane_types=(("parking", "shoulder"),),
+                lane_types=(("bus", "driving"), ("parking", "shoulder"), ("taxi", "driving")),
                 light_references=False,
                 lights_for_people=False,
                 negated_left_hand=True,

@@ -23,6 +23,7 @@ from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
+from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
 from osm2xodr.xodrWriter.tables import are_zero, cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.words import Words
 
@@ -44,7 +45,7 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    road_map = replace(road_map, plan_view=without_flat_arcs(road_map.plan_view))
+    road_map = replace(with_exits_for_all(road_map, words), plan_view=without_flat_arcs(road_map.plan_view))
     if target.polyline_step:
         road_map = replace(road_map, plan_view=plan_of_even_steps(road_map, target.polyline_step))
     how = {

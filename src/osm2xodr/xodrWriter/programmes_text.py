@@ -69,11 +69,16 @@ class _Edges:
         """Return the attributes that name the ends of links in SUMO, by index of the link.
 
         Where several lanes of a road lead to one lane it keeps one of them: that of the connecting road whose id
-        comes first as a text.
+        comes first as a text, but for ways from lanes for some, which are closed there (`shared_exits`).
         """
+
+        def order(item: tuple[int, SignalLink]) -> tuple[bool, str, int]:
+            n, link = item
+            return self._for_some(link), str(link.connecting_road), n
+
         found: dict[tuple[str, str, int], int] = {}
         lanes: dict[int, int] = {}
-        for n, link in sorted(enumerate(links), key=lambda item: (str(item[1].connecting_road), item[0])):
+        for n, link in sorted(enumerate(links), key=order):
             before = self._lane(link.road, link.at_end, link.lane)
             after = self._lane(link.exit_road, not link.exit_at_start, link.exit_lane)
             if before is not None and after is not None:
@@ -91,10 +96,17 @@ class _Edges:
         section = f"#{count - 1 if at_end else 0}" if count > 1 else ""
         return f"{'-' if along else ''}{road}{section}"
 
+    def _for_some(self, link: SignalLink) -> bool:
+        """Whether a link begins on a lane that is not for all."""
+        lanes = self._lanes(link.road, link.at_end)
+        return any(item.id == link.lane and self._words.lane_users(item.type.value) for item in lanes)
+
+    def _lanes(self, road: int, at_end: bool) -> tuple[Lane, ...]:
+        return self._map.roads[self._roads[road]].lane_sections[-1 if at_end else 0].lanes
+
     def _lane(self, road: int, at_end: bool, lane: int) -> int | None:
         """Return the index of a lane at an end of a road; None where SUMO has none."""
-        section = self._map.roads[self._roads[road]].lane_sections[-1 if at_end else 0]
-        side = [item for item in self._imported(section.lanes) if item.id * lane > 0]
+        side = [item for item in self._imported(self._lanes(road, at_end)) if item.id * lane > 0]
         ids = sorted((item.id for item in side), key=abs, reverse=True)
         return ids.index(lane) if lane in ids else None
 

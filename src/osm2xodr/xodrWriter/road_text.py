@@ -99,7 +99,8 @@ class LaneWriter:
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None and lane.speed != limit:
             text += f'<speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>'
-        for user in self._words.access(lane.access.value) if lane.access is not Access.ALL else ():
+        access = self._words.access(lane.access.value) if lane.access is not Access.ALL else ()
+        for user in access or self._words.lane_users(lane.type.value):
             text += f'<access sOffset="0" rule="allow" restriction="{user}"/>'
         if lane.height:
             text += _heights(lane)

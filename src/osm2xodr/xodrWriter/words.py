@@ -13,6 +13,8 @@ _ROAD_TYPES: Final = (
     *("unknown", "rural", "motorway", "town", "lowSpeed", "pedestrian", "bicycle", "townExpressway"),
     *("townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
 )
+# Types of lanes that are words for who may drive on them, too.
+_LANES_OF_USERS: Final = frozenset({"bus", "taxi"})
 _MARK_TYPES: Final = (
     *("none", "solid", "broken", "solid solid", "solid broken", "broken solid", "broken broken"),
     *("botts dots", "grass", "curb", "edge"),
@@ -43,8 +45,9 @@ _COUNTRY: Final = re.compile("[A-Z]{2}|OpenDRIVE|")
 class Words:
     """Translate the model's words into those of one version, and record the replacements.
 
-    `lane_types` are types that the reader misunderstands, and their replacements; `changes_as_driven` names lane
-    changes as drivers see them, `negated` turns lane ids to the other side. See `osm2xodr.conventions.Target`.
+    `lane_types` are types that the reader misunderstands, and their replacements; those of the version go first.
+    `changes_as_driven` names lane changes as drivers see them, `negated` turns lane ids to the other side. See
+    `osm2xodr.conventions.Target`.
     """
 
     def __init__(
@@ -58,7 +61,7 @@ class Words:
         self._dialect = dialect
         self._sign = -1 if negated else 1
         self._changes_as_driven = changes_as_driven
-        self._lane_types = {**dialect.lane_types, **dict(lane_types)}
+        self._lane_types = {**dict(lane_types), **dialect.lane_types}
         self.replaced: set[tuple[str, str]] = set()  # (word of the model, word that is written in its place)
 
     @property
@@ -77,6 +80,10 @@ class Words:
     def lane_type(self, word: str) -> str:
         """Return the type of a lane; the model uses OpenDRIVE's."""
         return self._replaced_by(word, self._lane_types)
+
+    def lane_users(self, word: str) -> tuple[str, ...]:
+        """Return who alone may drive on a lane of the model's type that is written as one for all; else none."""
+        return (word,) if word in _LANES_OF_USERS and self._lane_types.get(word) == "driving" else ()
 
     def lane_direction(self, word: str) -> str:
         """Return the direction of a lane of the model's type; empty for that of its side of the road."""
