@@ -7,7 +7,7 @@ from lane_cases import cut, in_a_row, section, street
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
-from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
+from osm2xodr.model import Direction, LaneType, MarginSpec, Rule, StreetAttributes
 
 ONE, TWO, THREE = street("d< d>"), street("d< d> d>"), street("d< d> d> d>")
 
@@ -87,6 +87,27 @@ def test_the_longer_neighbour_takes_over_what_is_too_short(middle: float, expect
         assert [len(item.ways) for item in found] == [1, 2]
     found = in_a_row((60.0, THREE), (middle, TWO), (50.0, ONE))
     assert lanes(found) == expected[::-1]
+
+
+SLOW, FAST = street("d< d>", speed_forward=5.0), street("d< d>", speed_forward=15.0)
+
+
+@pytest.mark.parametrize(
+    ("pieces", "expected"),
+    [
+        # Lanes that stay need no room for tapers.
+        ([(50.0, ONE), (2.0, SLOW), (40.0, FAST)], [0.0, 50.0, 52.0, 92.0]),
+        ([(5.0, SLOW), (40.0, FAST)], [0.0, 5.0, 45.0]),
+        ([(40.0, FAST), (5.0, SLOW), (30.0, TWO)], [0.0, 40.0, 45.0, 75.0]),
+        ([(6.0, SLOW), (6.0, FAST), (30.0, TWO)], [0.0, 6.0, 12.0, 42.0]),
+        # A place, rather than a stretch; or what is left between other lanes.
+        ([(50.0, ONE), (0.9, SLOW), (40.0, FAST)], [0.0, 50.9, 90.9]),
+        ([(50.0, TWO), (6.0, SLOW), (5.0, FAST), (40.0, TWO)], [0.0, 56.0, 101.0]),
+    ],
+)
+def test_limits_begin_where_they_do(pieces: list[tuple[float, StreetAttributes]], expected: list[float]) -> None:
+    assert borders(in_a_row(*pieces)) == pytest.approx(expected)
+    assert borders(in_a_row(*pieces[::-1])) == pytest.approx([expected[-1] - s for s in reversed(expected)])
 
 
 def test_traffic_is_never_turned_round_for_the_sake_of_tapers() -> None:

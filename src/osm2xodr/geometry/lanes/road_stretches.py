@@ -42,8 +42,8 @@ def stretches(
 ) -> list[Stretch]:
     """Cut the pieces of a street, in ascending s, to the part from begin to end, s, m, which becomes a road.
 
-    Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
-    joins the longer of its neighbours, and so do those whose changes of lanes have no
+    Pieces whose lanes and limits are the same become one stretch; a stretch that is too short for the tapers of its
+    lanes joins the longer of its neighbours, and so do those whose changes of lanes have no
     room: all of the road but its ends, unless `room` is given, m.
     """
     found: list[Stretch] = []
@@ -188,7 +188,10 @@ def _grown(item: Stretch, end: float, ways: tuple[int, ...]) -> Stretch:
 
 
 def _without_short(found: list[Stretch]) -> list[Stretch]:
-    """Let a neighbour take over each stretch that is too short for tapers, unless traffic runs differently there."""
+    """Let a neighbour take over each stretch that is too short for tapers, unless traffic runs differently there.
+
+    Where the lanes stay and only limits or marks change, there are no tapers: what counts is how long the lanes stay.
+    """
     kept: set[float] = set()
     while len(found) > 1:
         open_ = [k for k in range(len(found)) if found[k].start not in kept]
@@ -200,7 +203,9 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
             for i in (k - 1, k + 1)
             if 0 <= i < len(found) and (_is_tiny(found[k]) or directions(found[i]) == directions(found[k]))
         ]
-        if not neighbours:
+        if not neighbours or (
+            not _is_tiny(found[k]) and _length_of_lanes(found, k) >= defaults.SHORTEST_LANE_SECTION
+        ):
             kept.add(found[k].start)
             continue
         taker = max(neighbours, key=lambda i: found[i].length)
@@ -208,6 +213,16 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
         merged = replace(found[taker], start=first.start, end=last.end, ways=(*first.ways, *last.ways))
         found[min(k, taker) : max(k, taker) + 1] = [merged]
     return found
+
+
+def _length_of_lanes(found: Sequence[Stretch], k: int) -> float:
+    """Return the length over which the lanes of the k-th stretch stay the same, m."""
+    first = last = k
+    while first and _same_lanes(found[first - 1].section, found[k].section):
+        first -= 1
+    while last + 1 < len(found) and _same_lanes(found[last + 1].section, found[k].section):
+        last += 1
+    return found[last].end - found[first].start
 
 
 def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
@@ -223,10 +238,11 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         # Of two stretches neither grows at the cost of the other, which is at an end as well.
         spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
         # A junction may have left next to nothing of a stretch: only turn lanes depend on that. Nor do lanes of a
-        # one-way road go on behind a junction only to end within a few metres.
+        # one-way road go on behind a junction only to end within a few metres. Limits begin where they do.
         turns = any(lane.turns for lane in (*out[k].section.left, *out[k].section.right))
         leaves = (Direction.FORWARD if k else Direction.BACKWARD) in directions(out[k])
-        if 0 < missing < spare and leaves and (turns or not _is_tiny(out[k])):
+        grows = not _is_tiny(out[k]) and not _same_lanes(out[k].section, out[beside].section)
+        if 0 < missing < spare and leaves and (turns or grows):
             border = out[k].start - missing if k else out[k].end + missing
             one, other = min(k, beside), max(k, beside)
             out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
