@@ -90,19 +90,24 @@ def test_the_longer_neighbour_takes_over_what_is_too_short(middle: float, expect
 
 
 SLOW, FAST = street("d< d>", speed_forward=5.0), street("d< d>", speed_forward=15.0)
+MARKED = street("d< d>", marked=True)
 
 
 @pytest.mark.parametrize(
     ("pieces", "expected"),
     [
         # Lanes that stay need no room for tapers.
-        ([(50.0, ONE), (2.0, SLOW), (40.0, FAST)], [0.0, 50.0, 52.0, 92.0]),
-        ([(5.0, SLOW), (40.0, FAST)], [0.0, 5.0, 45.0]),
-        ([(40.0, FAST), (5.0, SLOW), (30.0, TWO)], [0.0, 40.0, 45.0, 75.0]),
+        ([(50.0, ONE), (6.0, SLOW), (40.0, FAST)], [0.0, 50.0, 56.0, 96.0]),
+        ([(6.0, SLOW), (40.0, FAST)], [0.0, 6.0, 46.0]),
+        ([(40.0, FAST), (6.0, SLOW), (30.0, TWO)], [0.0, 40.0, 46.0, 76.0]),
         ([(6.0, SLOW), (6.0, FAST), (30.0, TWO)], [0.0, 6.0, 12.0, 42.0]),
-        # A place, rather than a stretch; or what is left between other lanes.
-        ([(50.0, ONE), (0.9, SLOW), (40.0, FAST)], [0.0, 50.9, 90.9]),
+        # Where there is no room for a car, there is none for a limit; nor between other lanes that are near.
+        ([(50.0, ONE), (5.9, SLOW), (40.0, FAST)], [0.0, 55.9, 95.9]),
+        ([(5.9, SLOW), (40.0, FAST)], [0.0, 45.9]),
         ([(50.0, TWO), (6.0, SLOW), (5.0, FAST), (40.0, TWO)], [0.0, 56.0, 101.0]),
+        # Lines are longer.
+        ([(6.0, MARKED), (40.0, ONE)], [0.0, 12.0, 46.0]),
+        ([(50.0, ONE), (6.0, MARKED), (40.0, ONE)], [0.0, 56.0, 96.0]),
     ],
 )
 def test_limits_begin_where_they_do(pieces: list[tuple[float, StreetAttributes]], expected: list[float]) -> None:

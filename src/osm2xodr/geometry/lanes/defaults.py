@@ -10,3 +10,5 @@ UNMARKED_HIGHWAYS: Final = ("residential", "living_street", "service", "track", 
 EDGELESS_HIGHWAYS: Final = ("unclassified", "road", "busway")
 # A two-way carriageway narrower than this has no centre line, m (RMS 1993: 5.5 m).
 CENTRE_LINE_FROM: Final = 5.5
+# Shortest stretch of the same lanes with a speed limit of its own, m: what a car takes in a queue (HBS 2015).
+SHORTEST_LIMIT: Final = 6.0

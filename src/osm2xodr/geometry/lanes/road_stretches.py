@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
+from osm2xodr.geometry.lanes.defaults import SHORTEST_LIMIT
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
@@ -190,7 +191,7 @@ def _grown(item: Stretch, end: float, ways: tuple[int, ...]) -> Stretch:
 def _without_short(found: list[Stretch]) -> list[Stretch]:
     """Let a neighbour take over each stretch that is too short for tapers, unless traffic runs differently there.
 
-    Where the lanes stay and only limits or marks change, there are no tapers: what counts is how long the lanes stay.
+    Where the lanes stay and only the limit changes, there are no tapers: what counts is how long the lanes stay.
     """
     kept: set[float] = set()
     while len(found) > 1:
@@ -203,9 +204,7 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
             for i in (k - 1, k + 1)
             if 0 <= i < len(found) and (_is_tiny(found[k]) or directions(found[i]) == directions(found[k]))
         ]
-        if not neighbours or (
-            not _is_tiny(found[k]) and _length_of_lanes(found, k) >= defaults.SHORTEST_LANE_SECTION
-        ):
+        if not neighbours or _has_own_limit(found, k):
             kept.add(found[k].start)
             continue
         taker = max(neighbours, key=lambda i: found[i].length)
@@ -215,14 +214,17 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
     return found
 
 
-def _length_of_lanes(found: Sequence[Stretch], k: int) -> float:
-    """Return the length over which the lanes of the k-th stretch stay the same, m."""
+def _has_own_limit(found: Sequence[Stretch], k: int) -> bool:
+    """Say whether the k-th stretch is long enough for a limit, and its lanes stay long enough for tapers."""
     first = last = k
     while first and _same_lanes(found[first - 1].section, found[k].section):
         first -= 1
     while last + 1 < len(found) and _same_lanes(found[last + 1].section, found[k].section):
         last += 1
-    return found[last].end - found[first].start
+    if found[last].end - found[first].start < defaults.SHORTEST_LANE_SECTION or found[k].length < SHORTEST_LIMIT:
+        return False
+    beside = found[max(first, k - 1) : min(last, k + 1) + 1]
+    return any(_limits(item.attributes) != _limits(found[k].attributes) for item in beside)
 
 
 def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
@@ -241,8 +243,9 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         # one-way road go on behind a junction only to end within a few metres. Limits begin where they do.
         turns = any(lane.turns for lane in (*out[k].section.left, *out[k].section.right))
         leaves = (Direction.FORWARD if k else Direction.BACKWARD) in directions(out[k])
-        grows = not _is_tiny(out[k]) and not _same_lanes(out[k].section, out[beside].section)
-        if 0 < missing < spare and leaves and (turns or grows):
+        ends = out[k], out[beside]
+        limit_alone = _same_lanes(*(item.section for item in ends)) and len({_limits(i.attributes) for i in ends}) > 1
+        if 0 < missing < spare and leaves and (turns or not (_is_tiny(out[k]) or limit_alone)):
             border = out[k].start - missing if k else out[k].end + missing
             one, other = min(k, beside), max(k, beside)
             out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
@@ -270,5 +273,8 @@ def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
 
 def same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
     """Say whether limits and marks are the same in two stretches with the same lanes."""
-    speeds = [(item.speed_forward, item.speed_backward, item.default_speed) for item in (one, other)]
-    return speeds[0] == speeds[1] and same_marks(one, other)
+    return _limits(one) == _limits(other) and same_marks(one, other)
+
+
+def _limits(item: StreetAttributes) -> tuple[float | None, ...]:
+    return item.speed_forward, item.speed_backward, item.default_speed
