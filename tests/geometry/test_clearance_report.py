@@ -67,6 +67,17 @@ def test_sign_on_the_road_below_a_bridge_counts(tmp_path: Path) -> None:
     assert gaps == pytest.approx([4.2, 7.0], abs=0.1)
 
 
+def test_what_a_low_sign_leaves_is_reported_as_such(tmp_path: Path) -> None:
+    _, diagnostics, result = built(replace_way(crossing(BRIDGE), 10, f"{ROAD} maxheight=2.5"), tmp_path)
+    (note,) = about(diagnostics, "clearance")
+    assert note.osm_id == "way/21"
+    gap = float(note.message.split()[2])
+    assert gap == pytest.approx(3.2, abs=0.1)
+    assert note.message.endswith("above way/10: 3.2 m are enough there, by its maxheight or a correction")
+    (finding,) = result.findings
+    assert finding.value == pytest.approx(gap, abs=0.05)
+
+
 def test_junction_below_a_bridge_lies_inside_of_it(tmp_path: Path) -> None:
     # The bridge crosses connecting roads only: those of the junction right below it.
     road_map, _, _ = built(crossing(BRIDGE, fork=0.1), tmp_path)

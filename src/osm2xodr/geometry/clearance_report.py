@@ -23,7 +23,7 @@ from osm2xodr.curves import (
 from osm2xodr.defaults import CLEARANCE_LEAST
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_SINE
-from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at
+from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at, tolerated_clearance, wanted_clearances
 from osm2xodr.model import (
     VEHICLE_LANES,
     BoolArray,
@@ -69,6 +69,11 @@ def _reason(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces, k: i
     level = levels_at(problem, np.array([found.road[k], found.other[k]]), np.array([found.s[k], found.other_s[k]]))
     if level[0] == level[1]:
         return "both are on one layer and have no node in common there"
+    spans = [curve_spans(problem, road[[k]], s[[k]]) for road, s in _both(found)]
+    over, under = spans if level[0] > level[1] else spans[::-1]
+    wanted = float(wanted_clearances(problem, over, under)[0][0])
+    if wanted < CLEARANCE_LEAST and found.height[k] >= tolerated_clearance(wanted):
+        return f"{wanted:.1f} m are enough there, by its maxheight or a correction"
     return "they meet, or their bridge or tunnel ends, too near to there"
 
 

@@ -95,3 +95,33 @@ def test_heights_at_borders_hold() -> None:
     middle = cubic_value(found.solution.elevation, np.array([0]), np.array([900.0]))
     assert middle[0] == pytest.approx(Z + 0.75, abs=1e-6)
     assert held(make_problem(crossing((0, 0))), Z).solution.report is None
+
+
+def hairpin_below_a_tunnel(here: int, across: int, back: int) -> list[RoadSpec]:
+    """Return two tunnels from junction 0 that both come up 300 m west of it, and one that crosses them, by layers.
+
+    They part at so sharp an angle that they lie on each other 20 m from it, where the third one crosses them.
+    """
+    return [
+        straight((-700.0, 0.0), (-300.0, 0.0), end_link=2),
+        straight((-300.0, 0.0), (-6.0, 0.0), start_link=1, end=0, spans=[(0.0, 2, here)]),
+        straight((-6.0, 1.0), (-300.0, 6.0), start=0, end_link=6, spans=[(0.0, 2, back)]),
+        straight((-300.0, 6.0), (-700.0, 12.8), start_link=5),
+        straight((-20.0, -600.0), (-20.0, -200.0), end_link=10),
+        straight((-20.0, -200.0), (-20.0, 200.0), start_link=9, end_link=12, spans=[(0.0, 2, across)]),
+        straight((-20.0, 200.0), (-20.0, 600.0), start_link=11),
+    ]
+
+
+@pytest.mark.parametrize("layers", [(-3, -2, -3), (-1, -2, -1), (-1, -2, -3), (-3, -2, -1)])
+def test_tunnels_whose_layers_contradict_each_other_keep_clear_all_the_same(layers: tuple[int, int, int]) -> None:
+    found = solve(hairpin_below_a_tunnel(*layers), LEVEL, [(0.0, 0.0)])
+    here, across, back = (float(found.z(road, s)[0]) for road, s in ((1, 280.0), (5, 200.0), (2, 14.0)))
+    # They are one surface there: the third one passes over both of them or under both of them.
+    assert here == pytest.approx(back, abs=0.1)
+    assert abs(here - across) == pytest.approx(CLEARANCE_OTHER, abs=0.1)
+    assert abs(back - across) == pytest.approx(CLEARANCE_OTHER, abs=0.1)
+    if layers[0] == layers[2]:
+        assert (here > across) == (layers[0] > layers[1])
+    assert found.solution.statistics["grade_max"] < 0.03
+    assert found.codes() == ({"layer-order"} if layers[0] != layers[2] else set())

@@ -33,13 +33,20 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     crossings = Crossings(road, at, road + 1, at, np.array([5.2]), road, np.zeros((1, 2)))
     no_road = np.zeros(0, np.int64)
     reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none)
-    outcome = Outcome(none, none, none, reading, none > 0, none, none, crossings, np.array([-0.04]), no_road)
+    low, no = np.array([-0.04]), np.zeros(1, bool)
+    outcome = Outcome(none, none, none, reading, no, none, none, crossings, low, no, no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
         _report_crossings(problem, replace(outcome, clearance=np.array([height])), diagnostics)
         (note,) = diagnostics
         assert note.osm_id == "way/100"
         assert note.message.startswith(f"it passes {word} m above way/101 instead of 5.2 m")
+    turned = replace(outcome, clearance=np.array([5.2]), against_layers=np.array([True]))
+    diagnostics = Diagnostics()
+    _report_crossings(problem, turned, diagnostics)
+    assert [(item.kind, item.code, item.osm_id) for item in diagnostics] == [
+        (Kind.REPAIRED, "layer-order", "way/100")
+    ]
 
 
 def test_road_without_heights_is_filled_and_reported() -> None:
@@ -158,6 +165,7 @@ def by_hand() -> tuple[Network, Outcome]:
         limit=limit,
         crossings=Crossings(one, np.array([50.0]), one + 1, np.array([50.0]), np.array([5.2]), one, np.zeros((1, 2))),
         clearance=np.array([4.56]),
+        against_layers=np.zeros(1, bool),
         chain=chain,
     )
     return network, outcome
@@ -322,6 +330,7 @@ def test_ten_roads_are_named_at_most() -> None:
         limit=0.1 * every,
         crossings=Crossings(nowhere, none, nowhere, none, none, nowhere, np.zeros((0, 2))),
         clearance=none,
+        against_layers=none > 0,
         chain=np.full(12, -1),
     )
     worst = list(range(11, 1, -1))

@@ -16,10 +16,11 @@ from osm2xodr.geometry.heights.problem import (
     ProfileSolution,
     one_way_fast_ends,
     parse_grade_limits,
+    wanted_clearances,
 )
 from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
 from osm2xodr.geometry.heights.records import either_profile, hermite_cubics, only_curves, spread_curves
-from osm2xodr.geometry.heights.report import tolerated_grade
+from osm2xodr.geometry.heights.report import tolerated_clearance, tolerated_grade
 
 __all__ = [
     "ConnectorProblem",
@@ -43,5 +44,7 @@ __all__ = [
     "parse_grade_limits",
     "solve_profiles",
     "spread_curves",
+    "tolerated_clearance",
     "tolerated_grade",
+    "wanted_clearances",
 ]

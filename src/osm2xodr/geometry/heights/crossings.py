@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from enum import IntEnum
 from typing import Final
 
 import numpy as np
@@ -17,8 +18,14 @@ from osm2xodr.curves import (
     stack_plan_views,
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
-from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
-from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at, span_sides
+from osm2xodr.geometry.heights.problem import (
+    ConnectorProblem,
+    ProfileProblem,
+    end_spans,
+    span_at,
+    span_sides,
+    wanted_clearances,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # Longest piece of a carriageway along its road, m: about the width of a lane.
@@ -113,6 +120,14 @@ def _across(
     return half, middle
 
 
+class Order(IntEnum):
+    """What says which of two carriageways is the upper one."""
+
+    FIRM = 0  # That one is a bridge, the ground or a tunnel where the other one is not
+    LAYERS = 1  # The layers of two bridges or of two tunnels
+    OPEN = 2  # Nothing: both are bridges or tunnels of one layer
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Crossings:
     """Places where one carriageway passes over another without meeting it.
@@ -129,24 +144,25 @@ class Crossings:
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
     known_by: IntArray | None = None  # (n,) OSM way whose correction gives the clearance, 0 where none does
-    # (n,) Whether both are bridges or tunnels of one layer: the one that is higher by itself goes above
-    either: BoolArray | None = None
+    order: IntArray | None = None  # (n,) `Order`; firm where not given
 
-    def turned(self, height: FloatArray) -> tuple[Crossings, FloatArray]:
-        """Return them with the higher one above where either may be, and the heights between them, (n,), m."""
-        if self.either is None:
-            return self, height
-        over = lower_side(height, self.place, self.either)
+    def turned(self, height: FloatArray) -> tuple[Crossings, FloatArray, BoolArray]:
+        """Return them with the higher one above, the heights between, (n,), m, and where layers say otherwise."""
+        if self.order is None:
+            return self, height, np.zeros(len(height), bool)
+        over = lower_side(height, self.place, self.order != Order.FIRM)
         upper, lower = np.where(over, self.lower, self.upper), np.where(over, self.upper, self.lower)
         upper_s, lower_s = np.where(over, self.lower_s, self.upper_s), np.where(over, self.upper_s, self.lower_s)
         crossings = replace(self, upper=upper, upper_s=upper_s, lower=lower, lower_s=lower_s)
-        return crossings, np.where(over, -height, height)
+        return crossings, np.where(over, -height, height), over & (self.order == Order.LAYERS)
 
 
 def lower_side(height: FloatArray, place: IntArray, either: BoolArray) -> BoolArray:
     """Return where the one that is called the upper one, (n,), is the lower one of a place where either may be."""
-    total = np.bincount(place, np.where(either, height, 0.0), int(place.max(initial=0)) + 1)
-    out: BoolArray = either & (total[place] < 0)
+    row = np.flatnonzero(either)
+    total = np.bincount(place[row], height[row], int(place.max(initial=0)) + 1)
+    out = np.zeros(len(either), bool)
+    out[row] = total[place[row]] < 0
     return out
 
 
@@ -196,37 +212,21 @@ def _as_crossings(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) ->
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
     spans = curve_spans(problem, upper, upper_s), curve_spans(problem, lower, lower_s)
-    clearance, known_by = _known_clearances(problem, *spans, _clearances(problem)[spans[1]])
+    clearance, known_by = wanted_clearances(problem, *spans)
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by, _orders(ways, pairs, place))
+
+
+def _orders(ways: Carriageways, pairs: _Pairs, place: IntArray) -> IntArray:
+    """Return the `Order` of pairs, (m,), in places, (m,)."""
     one, other = pairs.upper, pairs.lower
-    either: BoolArray = (ways.level[one] == ways.level[other]) & (ways.far_level[one] == ways.far_level[other])
-    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by, either)
-
-
-def _clearances(problem: ProfileProblem) -> FloatArray:
-    """Return the clearance above each span, (K,), m: by its class, or by the height that a sign allows there."""
-    usual = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
-    if problem.span_max_height is None:
-        return usual
-    signed = problem.span_max_height + DECK
-    return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
-
-
-def _known_clearances(
-    problem: ProfileProblem, upper: IntArray, lower: IntArray, usual: FloatArray
-) -> tuple[FloatArray, IntArray]:
-    """Return the clearance between spans, all (n,), m, and the way whose correction says so, 0 for the usual one.
-
-    A correction of the upper way counts more than one of the lower.
-    """
-    if problem.span_clearance is None:
-        return usual, np.zeros(len(usual), np.int64)
-    clearance, way = usual.copy(), np.zeros(len(usual), np.int64)
-    for span in (lower, upper):
-        known = np.isfinite(problem.span_clearance[span])
-        clearance[known], way[known] = problem.span_clearance[span[known]], problem.span_way[span[known]]
-    return clearance, way
+    alike = (ways.structure[one] == ways.structure[other]) & (ways.structure[one] != Structure.GROUND)
+    same = (ways.level[one] == ways.level[other]) & (ways.far_level[one] == ways.far_level[other])
+    order = np.where(same, Order.OPEN, np.where(alike, Order.LAYERS, Order.FIRM)).astype(np.int64)
+    # A place turns as a whole.
+    mixed = np.isin(place, place[order != Order.LAYERS])
+    return np.where((order == Order.LAYERS) & mixed, Order.FIRM, order)
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import pose, runs
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings, lower_side
+from osm2xodr.geometry.heights.crossings import Crossings, Order, lower_side
 from osm2xodr.geometry.heights.elements import (
     Network,
     end_poses,
@@ -30,6 +30,8 @@ _STIFFNESS_RATIO: Final = 60.0
 _FIRM_STIFFNESS_RATIO: Final = 240.0
 # Clearances are at their largest force where they are short by this, m: less than what is reported.
 _CLEARANCE_SLACK: Final = 0.1
+# Layers are doubted where the clearance is less than this share of what it should be.
+_FAR_SHORT: Final = 0.5
 # Largest forces of the limits by class on grades and tilts, in moments that turn a road by 1: beyond them they yield.
 _GRADE_CAP: Final = 1.5
 _TILT_CAP: Final = 3.0
@@ -60,8 +62,9 @@ class Limits:
     stiffness: FloatArray  # (m,) Force per excess
     cap: FloatArray  # (m,) Largest force: what pulls harder wins. Infinite where the bound must hold.
     own: BoolArray  # (m,) Whether a road or junction has the limit by itself rather than against another road
-    # (m,) Number of the place whose roads may pass each other either way up, -1 where the limit says which is above
-    either: IntArray
+    # (m,) Number of the place where roads pass each other, -1 for other limits, and what says which is above, `Order`
+    place: IntArray
+    order: IntArray
 
     def own_only(self) -> Limits:
         """Return them with those against other roads made void."""
@@ -69,9 +72,27 @@ class Limits:
 
     def on_their_sides(self, value: FloatArray) -> Limits:
         """Return them with those turned over that have a `value`, (m,), below 0 and may have, place by place."""
-        free = self.either >= 0
-        over = np.zeros(len(free), bool)
-        over[free] = lower_side(value[free], self.either[free], np.ones(int(free.sum()), bool))
+        return self._turned_over(lower_side(value, self.place, self.order == Order.OPEN))
+
+    def the_other_way_up(self, place: int) -> Limits:
+        """Return them with those of a place turned over."""
+        return self._turned_over(self.place == place)
+
+    def contradicted(self, value: FloatArray) -> IntArray:
+        """Return the places where layers alone say which is above and a `value`, (m,), is far short, worst first."""
+        row = np.flatnonzero((self.order == Order.LAYERS) & (self.place >= 0))
+        share = value[row] / self.low[row]
+        short = np.flatnonzero(share < _FAR_SHORT)
+        places = self.place[row[short[np.argsort(share[short], kind="stable")]]]
+        first = np.unique(places, return_index=True)[1]
+        return np.asarray(places[np.sort(first)], np.int64)
+
+    def energy(self, value: FloatArray) -> float:
+        """Return the energy of all of them at the values of their functions, (m,)."""
+        excess, force = np.abs(self.excess(value)), np.abs(self.force(value))
+        return float(np.sum(force * excess - 0.5 * force**2 / self.stiffness))
+
+    def _turned_over(self, over: BoolArray) -> Limits:
         return replace(self, low=np.where(over, -self.high, self.low), high=np.where(over, -self.low, self.high))
 
     def excess(self, value: FloatArray, index: IntArray | slice = slice(None)) -> FloatArray:
@@ -95,8 +116,13 @@ def _within(
     about: FloatArray | float = 0.0,
 ) -> Limits:
     """Return own bounds on how far values are from `about`; `cap` is the largest force in units of the stiffness."""
-    own, either = np.ones(len(bound), bool), np.full(len(bound), -1, np.int64)
-    return Limits(rows, about - bound, about + bound, ratio * stiffness, cap * stiffness, own, either)
+    own = np.ones(len(bound), bool)
+    return Limits(rows, about - bound, about + bound, ratio * stiffness, cap * stiffness, own, *_nowhere(len(bound)))
+
+
+def _nowhere(count: int) -> tuple[IntArray, IntArray]:
+    """Return place and order of limits that are no clearances."""
+    return np.full(count, -1, np.int64), np.full(count, int(Order.FIRM), np.int64)
 
 
 def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limits]:
@@ -273,11 +299,9 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     if crossings.known_by is not None:
         push = np.where(crossings.known_by != 0, defaults.CLEARANCE_PUSH_MAX, push)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
-    either = np.full(len(k), -1, np.int64)
-    if crossings.either is not None:
-        either = np.where(crossings.either, crossings.place, -1)
+    order = _nowhere(len(k))[1] if crossings.order is None else crossings.order
     stiffness = np.maximum(_STIFFNESS_RATIO, push / _CLEARANCE_SLACK) * k
-    return Limits(rows, crossings.clearance, high, stiffness, push * k, own, either)
+    return Limits(rows, crossings.clearance, high, stiffness, push * k, own, crossings.place, order)
 
 
 def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
@@ -286,8 +310,7 @@ def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
     below = _elements_of(network, meets.lower, meets.lower_s)
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     bound, own = np.full(len(k), defaults.MEETING_STEP_MAX), np.zeros(len(k), bool)
-    either = np.full(len(k), -1, np.int64)
-    return Limits(rows, -bound, bound, _STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, either)
+    return Limits(rows, -bound, bound, _STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, *_nowhere(len(k)))
 
 
 def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
@@ -298,7 +321,7 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     known, columns = network.problem.known, network.unknowns.to_knots.shape[1]
     if known is None or not len(known.z):
         none = np.zeros(0)
-        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool), np.zeros(0, np.int64))
+        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool), *_nowhere(0))
     on, inside = np.flatnonzero(known.road >= 0), np.flatnonzero(known.road < 0)
     element, u = network.place(known.road[on], known.s[on])
     roads = network.in_unknowns(network.knot_rows(element, u, hermite))
@@ -311,8 +334,8 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     at = np.concatenate([element, arms])[order]
     k = deflection_stiffness(beams.density[at], beams.flexibility[at])
     rows, z = sp.csr_matrix(sp.vstack([roads, planes], format="csr")[order]), known.z - mean
-    own, either = np.ones(len(z), bool), np.full(len(z), -1, np.int64)
-    return Limits(rows, z, z, _FIRM_STIFFNESS_RATIO * k, defaults.CLEARANCE_PUSH_MAX * k, own, either)
+    own, cap = np.ones(len(z), bool), defaults.CLEARANCE_PUSH_MAX * k
+    return Limits(rows, z, z, _FIRM_STIFFNESS_RATIO * k, cap, own, *_nowhere(len(z)))
 
 
 def _height_rows(network: Network, curve: IntArray, s: FloatArray) -> sp.csr_matrix:

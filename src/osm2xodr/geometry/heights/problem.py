@@ -14,7 +14,7 @@ from osm2xodr.curves import chosen_curves, find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
-from osm2xodr.geometry.heights.defaults import GRADE_MAX
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK, GRADE_MAX
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule
 
 # Classes that the defaults leave to the value for all others.
@@ -191,6 +191,31 @@ def span_roads(problem: ProfileProblem) -> IntArray:
     """Return the road of each span, (K,)."""
     counts = np.diff(problem.span_start)
     return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+
+
+def wanted_clearances(problem: ProfileProblem, upper: IntArray, lower: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return the clearance between spans, all (n,), m, and the way whose correction says so, 0 where none does.
+
+    Without a correction it is that of the lower span: by its class, or by the height that a sign allows there. A
+    correction of the upper way counts more than one of the lower.
+    """
+    clearance = _clearances(problem)[lower]
+    way = np.zeros(len(clearance), np.int64)
+    if problem.span_clearance is None:
+        return clearance, way
+    for span in (lower, upper):
+        known = np.isfinite(problem.span_clearance[span])
+        clearance[known], way[known] = problem.span_clearance[span[known]], problem.span_way[span[known]]
+    return clearance, way
+
+
+def _clearances(problem: ProfileProblem) -> FloatArray:
+    """Return the clearance above each span, (K,), m: by its class, or by the height that a sign allows there."""
+    usual = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    if problem.span_max_height is None:
+        return usual
+    signed = problem.span_max_height + DECK
+    return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
 
 
 def parse_grade_limits(text: str) -> Mapping[str, float]:

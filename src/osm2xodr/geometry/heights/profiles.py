@@ -326,9 +326,9 @@ def _read_solution(
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
     planes = x[: 3 * unknowns.junctions].reshape(-1, 3).copy()
     grade, limit = element_grades(network.elements, knots), model.grade_limit[network.elements.span]
-    crossings, between = model.crossings.turned(clearances.rows @ x)
+    crossings, between, against = model.crossings.turned(clearances.rows @ x)
     chain = model.chains.chain
-    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, crossings, between, chain)
+    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, crossings, between, against, chain)
 
 
 def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
