@@ -119,9 +119,11 @@ def test_tunnels_whose_layers_contradict_each_other_keep_clear_all_the_same(laye
     here, across, back = (float(found.z(road, s)[0]) for road, s in ((1, 280.0), (5, 200.0), (2, 14.0)))
     # They are one surface there: the third one passes over both of them or under both of them.
     assert here == pytest.approx(back, abs=0.1)
-    assert abs(here - across) == pytest.approx(CLEARANCE_OTHER, abs=0.1)
-    assert abs(back - across) == pytest.approx(CLEARANCE_OTHER, abs=0.1)
+    # On slopes it is least at a corner of the place.
+    assert min(abs(here - across), abs(back - across)) == pytest.approx(CLEARANCE_OTHER + 0.05, abs=0.15)
     if layers[0] == layers[2]:
         assert (here > across) == (layers[0] > layers[1])
-    assert found.solution.statistics["grade_max"] < 0.03
+    # None of them is in the air: the lower one goes deeper instead, on ramps as long as its tunnel.
+    assert max(float(found.along(road)[3].max()) for road in (1, 2, 5)) < Z + 0.1
+    assert found.solution.statistics["grade_max"] < 0.05
     assert found.codes() == ({"layer-order"} if layers[0] != layers[2] else set())

@@ -11,7 +11,15 @@ from elevation_helpers import Ground, RoadSpec, Solved, connector_between, cross
 from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
-from osm2xodr.geometry.heights.limits import _arm_pairs, limit_clearances, limit_curvatures, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.limits import (
+    _arm_pairs,
+    limit_clearances,
+    limit_curvatures,
+    limit_grades,
+    limit_tilts,
+    limit_tunnels,
+)
+from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import FloatArray
 
@@ -182,6 +190,28 @@ def test_clearance_over_a_connecting_road_is_that_over_its_junctions_plane() -> 
     # At (0, 3): the plane is 7 m high at (1, 1).
     assert found.rows @ x == pytest.approx([-(7.0 - 0.1 + 0.04)])
     assert found.stiffness == pytest.approx([1000.0 * LIFT])
+
+
+def test_tunnels_are_held_below_the_ground_where_it_is_measured() -> None:
+    spans = [(0.0, 0, 0), (25.0, 2, -1), (75.0, 1, 1)]
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), spans=spans)], [], spacing=12.5)
+    n = len(network.samples.s)
+    assert n == 8
+    z, one, no = 300.0 + np.arange(8.0), np.ones(n), np.zeros(n, bool)
+    reading = Reading(z, z, one, one, one, np.arange(8) != 3, no, one, 0.0 * one)
+    beams = beams_of(network)
+    limit = limit_tunnels(network, reading, beams, np.zeros(1, bool), mean=290.0)
+    # The third sample of four in the tunnel lies in a gap of the model.
+    assert limit.high.tolist() == [12.0, 14.0, 15.0]
+    assert limit.low.tolist() == [-np.inf] * 3
+    assert limit.cap == pytest.approx([10.0 * 0.05 * 12.5] * 3)
+    assert limit.stiffness == pytest.approx([60.0 * 0.05 * 12.5] * 3)
+    assert not limit.own.any()
+    # The rows give the road's height at these samples.
+    knots = network.unknowns.to_knots.toarray()
+    x = np.linalg.lstsq(knots, np.column_stack([network.elements.knot_s, np.ones(5)]).ravel(), rcond=None)[0]
+    assert limit.rows @ x == pytest.approx(network.samples.s[[2, 4, 5]])
+    assert len(limit_tunnels(network, reading, beams, np.ones(1, bool), mean=290.0).high) == 0
 
 
 def test_limits_against_other_roads_can_be_made_void() -> None:

@@ -177,6 +177,9 @@ CLEARANCE_TOLERANCE: Final = 0.3
 CLEARANCE_PUSH_SIGMAS: Final = 100.0
 CLEARANCE_PUSH_MIN: Final = 1.0
 CLEARANCE_PUSH_MAX: Final = 500.0
+# Largest force with which a tunnel that rises above the ground is pushed below it: that of measured heights which are
+# so much lower, m. A choice: it wins over tunnels below, which can go deeper, and loses to streets and junctions.
+TUNNEL_PUSH: Final = 10.0
 # Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and
 # how far the ground is moved for it at most, m. Choices: they are one surface there.
 MEETING_STEP_MAX: Final = 0.1

@@ -20,9 +20,10 @@ from osm2xodr.geometry.heights.elements import (
     rows_matrix,
 )
 from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_sides
+from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
-from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # How much stiffer a limit is than the road it bends. Stiffer ones take more steps to settle.
 _STIFFNESS_RATIO: Final = 60.0
@@ -61,7 +62,7 @@ class Limits:
     high: FloatArray
     stiffness: FloatArray  # (m,) Force per excess
     cap: FloatArray  # (m,) Largest force: what pulls harder wins. Infinite where the bound must hold.
-    own: BoolArray  # (m,) Whether a road or junction has the limit by itself rather than against another road
+    own: BoolArray  # (m,) Whether a road or junction has it by itself; robust weights are set under these alone
     # (m,) Number of the place where roads pass each other, -1 for other limits, and what says which is above, `Order`
     place: IntArray
     order: IntArray
@@ -311,6 +312,22 @@ def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     bound, own = np.full(len(k), defaults.MEETING_STEP_MAX), np.zeros(len(k), bool)
     return Limits(rows, -bound, bound, _STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, *_nowhere(len(k)))
+
+
+def limit_tunnels(network: Network, reading: Reading, beams: Beams, floating: BoolArray, mean: float) -> Limits:
+    """Return the elastic limits that keep tunnels below the ground of their samples, less the mean, m.
+
+    `floating`, (R,), are roads that no measured ground holds: the height of their own ground is all that is known.
+    """
+    samples, elements = network.samples, network.elements
+    inside = (elements.structure == Structure.TUNNEL) & ~floating[elements.road]
+    at = np.flatnonzero(inside[samples.element] & reading.measured)
+    element = samples.element[at]
+    rows = network.in_unknowns(network.knot_rows(element, samples.u[at], hermite))
+    k = beams.density[element] * samples.ds[at]
+    low, own = np.full(len(at), -np.inf), np.zeros(len(at), bool)
+    ground, cap = reading.z[at] - mean, defaults.TUNNEL_PUSH * k
+    return Limits(rows, low, ground, _STIFFNESS_RATIO * k, cap, own, *_nowhere(len(at)))
 
 
 def limit_known(network: Network, beams: Beams, mean: float) -> Limits:

@@ -36,6 +36,7 @@ from osm2xodr.geometry.heights.limits import (
     limit_known,
     limit_meetings,
     limit_tilts,
+    limit_tunnels,
 )
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
@@ -201,7 +202,7 @@ def _solve(
     release_memory()
     weight, floating = weigh_heights(network, reading)
     observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
-    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0], across)
+    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0], across, floating)
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
@@ -285,11 +286,13 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
 
 
 def _collect_limits(
-    model: _Model, surface: Surface, unknowns: int, across: FloatArray
+    model: _Model, surface: Surface, unknowns: int, across: FloatArray, floating: BoolArray
 ) -> tuple[Limits, Limits, Limits]:
-    """Return all limits over N unknowns; `across`, (R, 2), rad, is the superelevation at ends of roads.
+    """Return all limits over N unknowns.
 
     By themselves as well: those on the heights of upper roads above lower ones, and those that hold known heights.
+    `across`, (R, 2), rad, is the superelevation at ends of roads; `floating`, (R,), are those that no measured ground
+    holds.
     """
     network, limit, crossings = model.network, model.grade_limit, model.crossings
     clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
@@ -301,6 +304,7 @@ def _collect_limits(
         *limit_tilts(network, limit[end_spans(network.problem)], density, across),
         clearances,
         limit_meetings(network, model.meets, model.beams),
+        limit_tunnels(network, model.reading, model.beams, floating, model.mean),
         known,
     ]
     return join_blocks(blocks, unknowns), clearances, known
