@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import takewhile
+from functools import reduce
 from typing import Final
 
 import numpy as np
@@ -24,14 +23,14 @@ from osm2xodr.curves import (
     smallest_radius,
     wrapped,
 )
-from osm2xodr.geometry.connections import STRAIGHT_ON, ConnectingRoads, connect
+from osm2xodr.geometry.connections import ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.corner_lanes import strips_at_end
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
-from osm2xodr.geometry.margins.corner_strips import Sidewalk, between, with_inner_lanes
+from osm2xodr.geometry.margins.corner_pairs import Corners, find_corners
+from osm2xodr.geometry.margins.corner_strips import between, with_inner_lanes
 from osm2xodr.geometry.margins.strips import Margins
-from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
+from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
 # Greatest slope of a sidewalk against the direction of the curve that it runs beside. A choice.
 _STEEPEST: Final = 0.5
@@ -39,39 +38,6 @@ _STEEPEST: Final = 0.5
 _STEP_SLOPE: Final = 1.5
 # Factor on a smallest radius that is asked for, so that rounding does not fall below it.
 _RADIUS_MARGIN: Final = 1.001
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Walks:
-    """Sidewalks at road ends, as columns: see `Sidewalk`."""
-
-    walks: tuple[Sidewalk, ...]
-    lane: IntArray
-    t: FloatArray
-    width: FloatArray
-    height: FloatArray
-
-    @classmethod
-    def of(cls, walks: Sequence[Sidewalk]) -> _Walks:
-        """Return the columns of sidewalks, (n,)."""
-        t, width, height = np.array([(walk.t, walk.width, walk.height) for walk in walks]).T
-        return cls(tuple(walks), np.array([walk.lane for walk in walks], np.int64), t, width, height)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Corners:
-    """Neighbouring arms whose sidewalks face each other, in the direction of the roads that connect them, (n,).
-
-    By their lane ids, the first sidewalks lead into the junctions, the second ones out of them.
-    """
-
-    junction: IntArray
-    # Road ends of the first and the second arms
-    entry: IntArray
-    exit: IntArray
-    first: _Walks
-    second: _Walks
-    past: BoolArray  # Whether arms lie between them
 
 
 def sidewalk_corners(
@@ -85,130 +51,49 @@ def sidewalk_corners(
     road for `cars` touches are no part of the junction. Past driveways without sidewalks it runs on, as low as the
     carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none.
     """
-    found = list(_pairs(parts, margins, cars, rule, junctions))
+    corners = find_corners(parts, margins, cars, rule, junctions)
     none = cars.chosen(np.zeros(len(cars.length), bool))
-    if not found:
+    if corners is None:
         return none, none
-    *ends, first, second, passed = zip(*found, strict=True)
-    junction, entry, exit_ = (np.array(column, np.int64) for column in ends)
-    past = np.array([bool(arms) for arms in passed], bool)
-    corners = _Corners(junction, entry, exit_, _Walks.of(first), _Walks.of(second), past)
-    beside = _turns_beside(corners, cars)
-    rows = _as_rows(corners, beside, _paths(corners, beside, parts, cars), cars)
-    good, led = np.zeros(len(past), bool), none
-    between_them = sorted({arm for arms in passed for arm in arms})
+    past, led, failed = corners.past, none, none
+    between_them = sorted({arm for arms in corners.passed for arm in arms})
     crossing = np.isin(cars.entry, between_them) | np.isin(cars.exit, between_them)
-    for chosen, others in ((~past, cars), (past, cars.chosen(~crossing))):
-        own = beside.row[chosen] < 0
-        clear = _passable(rows.chosen(chosen), own, others, parts)
-        good[chosen] = clear
-        led = led.joined(with_inner_lanes(rows.chosen(chosen).chosen(clear), own[clear], others, parts, rule))
-    # Nobody misses a corner that leads past a driveway: sidewalks may end there.
-    walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
-    return led.at_rows(np.argsort(led.junction, kind="stable")), rows.chosen(~good & ~past & walks)
+    for here, others in ((~past, cars), (past, cars.chosen(~crossing))):
+        if not here.any():
+            continue
+        rows, own, good = _drawn(corners.at(np.flatnonzero(here)), cars, others, parts)
+        led = led.joined(with_inner_lanes(rows.chosen(good), own[good], others, parts, rule))
+        # Nobody misses a corner that leads past a driveway: sidewalks may end there.
+        walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
+        failed = failed.joined(rows.chosen(~good & walks & ~past[here]))
+    return led.at_rows(np.argsort(led.junction, kind="stable")), failed
 
 
-def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
-    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
-    section = parts.at_end(end).section
-    t = section.left_edge if side > 0 else section.right_edge
-    inner: list[tuple[int, MarginSpec]] = []
-    track: Sidewalk | None = None
-    for lane, strip in strips_at_end(parts, margins, end, side):
-        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING):
-            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
-        if strip.type is LaneType.SIDEWALK:
-            return track
-        inner.insert(0, (lane, strip))
-        t += side * strip.width
-    return track
+def _drawn(
+    corners: Corners, cars: ConnectingRoads, others: ConnectingRoads, parts: RoadParts
+) -> tuple[ConnectingRoads, BoolArray, BoolArray]:
+    """Return the corners drawn in the first way that is clear of the carriageways, of the `others` as well.
 
-
-def _pairs(
-    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
-) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk, tuple[int, ...]]]:
-    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `_Corners`.
-
-    The last value are the arms between them.
+    Returns them, the last way where none is clear, whether they are curves of their own, and whether they are clear.
     """
-    end_junction = parts.end_junction.ravel()
-    touched = np.union1d(cars.entry, cars.exit)
-    if junctions is not None:
-        touched = touched[np.isin(end_junction[touched], junctions)]
-    walks = {
-        (end, side): walk
-        for end in touched.tolist()
-        if margins[end // 2]
-        for side in (1, -1)
-        if (walk := _sidewalk(parts, margins[end // 2], end, side)) is not None
-    }
-    if not walks:
-        return
-    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
-    arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
-    # Side on which traffic comes in, seen outwards: left with right-hand traffic, right with left-hand traffic.
-    incoming = 1 if rule is Rule.RIGHT_HAND else -1
-    connected = set(touched.tolist())
-    for junction, around in _arms_in_order(parts, end_junction, arms, incoming):
-        for k, end in enumerate(around):
-            # Road ends run inwards, starts outwards.
-            first = walks.get((end, incoming if end % 2 == 0 else -incoming))
-            if first is None or end not in connected:
-                continue
-            beyond = [*around[k + 1 :], *around[:k]]
-            passed = tuple(takewhile(partial(_is_passed, parts, walks, first.type), beyond))
-            following = beyond[len(passed)] if len(passed) < len(beyond) else end
-            second = walks.get((following, -incoming if following % 2 == 0 else incoming))
-            # A sidewalk leads back to its own arm round the loop of a dead end alone.
-            if (following == end and len(around) > 1) or following not in connected or second is None:
-                continue
-            if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
-                continue
-            if first.type is second.type:
-                yield junction, end, following, first, second, passed
-
-
-def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
-    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such."""
-    here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
-    if kind is LaneType.BIKING:
-        return kind not in here
-    return not here and parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
-
-
-def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
-    """Whether the way from one road end into a junction leads straight on to another one."""
-    ends = np.array([end, following])
-    _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
-    # Road ends run inwards, starts outwards.
-    turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
-    return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
-
-
-def _arms_in_order(
-    parts: RoadParts, end_junction: IntArray, arms: IntArray, sense: int
-) -> Iterator[tuple[int, list[int]]]:
-    """Yield each junction with its arms in order around its middle, from the arm of the least number on.
-
-    A pedestrian who keeps to the near side meets them in this order: counter-clockwise with right-hand traffic
-    (sense 1), else clockwise (-1).
-    """
-    along = np.where(arms % 2 == 1, parts.length[arms // 2], 0.0)
-    x, y, hdg = pose(parts.plan_view, arms // 2, along)
-    sections = [parts.at_end(end).section for end in arms.tolist()]
-    middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
-    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
-    junction = end_junction[arms]
-    _, group, count = np.unique(junction, return_inverse=True, return_counts=True)
-    cx, cy = np.bincount(group, x) / count, np.bincount(group, y) / count
-    angle = sense * wrapped(np.arctan2(y - cy[group], x - cx[group]))
-    order = np.lexsort((arms, angle, junction))
-    first = np.searchsorted(junction[order], np.unique(junction))
-    for rows in np.split(order, first[1:]):
-        listed = arms[rows].tolist()
-        # A fixed start, so that rounding at half a turn does not matter.
-        start = listed.index(min(listed))
-        yield int(junction[rows[0]]), listed[start:] + listed[:start]
+    corner, beside = _ways(corners, cars)
+    first = np.unique(corner, return_index=True)[1]
+    tried = np.zeros(len(corner), bool)
+    clear = np.zeros(len(corner), bool)
+    rows = [_as_rows(corners, beside.rows(first), cars, parts)]
+    tried[first] = True
+    clear[first] = _passable(rows[0], beside.row[first] < 0, others, parts)
+    again = np.flatnonzero(~tried & ~clear[first][corner])
+    if len(again):
+        rows.append(_as_rows(corners.at(corner[again]), beside.rows(again), cars, parts))
+        clear[again] = _passable(rows[1], beside.row[again] < 0, others, parts)
+    number = np.concatenate([first, again])
+    # The first that is clear, else the last.
+    rank = np.where(clear[number], number, 2 * len(corner) - number)
+    best = np.lexsort((rank, corner[number]))
+    best = best[np.unique(corner[number][best], return_index=True)[1]]
+    chosen = number[best]
+    return reduce(ConnectingRoads.joined, rows).at_rows(best), beside.row[chosen] < 0, clear[chosen]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -226,8 +111,11 @@ class _Beside:
         return _Beside(self.row[rows], self.back[rows], self.start[rows], self.end[rows])
 
 
-def _turns_beside(corners: _Corners, cars: ConnectingRoads) -> _Beside:
-    """Return the turns that the corners' sidewalks can run beside: the nearest that leave them room."""
+def _ways(corners: Corners, cars: ConnectingRoads) -> tuple[IntArray, _Beside]:
+    """Return the ways round the corners that may be drawn, with the index of the corner, (ways,), the best first.
+
+    These are the turns that leave the sidewalk room beside them, from the nearest on, then a curve of its own.
+    """
     many = int(max(cars.entry.max(initial=0), cars.exit.max(initial=0), corners.entry.max(), corners.exit.max())) + 1
     arms = cars.entry * many + cars.exit
     order = np.argsort(arms, kind="stable")
@@ -245,17 +133,14 @@ def _turns_beside(corners: _Corners, cars: ConnectingRoads) -> _Beside:
         )
         good = _leave_room(item, cars, first.width[corner] / 2, last.width[corner] / 2)
         found.append((corner[good], item.rows(good)))
+    many = len(corners.junction)
+    found.append((np.arange(many), _Beside(np.full(many, -1), np.zeros(many, bool), np.zeros(many), np.zeros(many))))
     corner = np.concatenate([rows for rows, _ in found])
-    row, against, start, finish = (
-        np.concatenate([getattr(item, name) for _, item in found]) for name in _Beside.__slots__
-    )
-    best = np.lexsort((row, np.abs(start) + np.abs(finish), corner))
-    best = best[np.unique(corner[best], return_index=True)[1]]
-    count = len(corners.junction)
-    out = _Beside(np.full(count, -1, np.int64), np.zeros(count, bool), np.zeros(count), np.zeros(count))
-    at = corner[best]
-    out.row[at], out.back[at], out.start[at], out.end[at] = row[best], against[best], start[best], finish[best]
-    return out
+    row, *others = (np.concatenate([getattr(item, name) for _, item in found]) for name in _Beside.__slots__)
+    ways = _Beside(row, *others)
+    far = np.where(row < 0, np.inf, np.abs(ways.start) + np.abs(ways.end))
+    order = np.lexsort((row, far, corner))
+    return corner[order], ways.rows(order)
 
 
 def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, half_last: FloatArray) -> BoolArray:
@@ -279,7 +164,7 @@ def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, h
     return np.asarray(good & (sharpest * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0))
 
 
-def _paths(corners: _Corners, beside: _Beside, parts: RoadParts, cars: ConnectingRoads) -> PlanView:
+def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: ConnectingRoads) -> PlanView:
     """Return the reference line of each corner: that of its turn, or a curve of its own, in its middle."""
     poses = []
     for end, walks, inwards in ((corners.entry, corners.first, 1), (corners.exit, corners.second, 0)):
@@ -309,8 +194,9 @@ def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
     return replace_curves(plan, tight[found], wide, found)
 
 
-def _as_rows(corners: _Corners, beside: _Beside, plan: PlanView, cars: ConnectingRoads) -> ConnectingRoads:
+def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     """Return the corners as connecting roads whose lane is the sidewalk."""
+    plan = _paths(corners, beside, parts, cars)
     first, last, back, own = corners.first, corners.second, beside.back, beside.row < 0
     source, count = np.maximum(beside.row, 0), len(corners.junction)
     cars_first = np.where(back, cars.exit_t[source], cars.entry_t[source])

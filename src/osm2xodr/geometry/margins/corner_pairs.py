@@ -1,0 +1,181 @@
+"""Which sidewalks face each other round the corners of junctions: those of each arm and of its neighbour."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import takewhile
+
+import numpy as np
+
+from osm2xodr.curves import pose, wrapped
+from osm2xodr.geometry.connections import STRAIGHT_ON, ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
+from osm2xodr.geometry.margins.corner_lanes import strips_at_end
+from osm2xodr.geometry.margins.corner_strips import Sidewalk
+from osm2xodr.geometry.margins.strips import Margins
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, Rule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Walks:
+    """Sidewalks at road ends, as columns: see `Sidewalk`."""
+
+    walks: tuple[Sidewalk, ...]
+    lane: IntArray
+    t: FloatArray
+    width: FloatArray
+    height: FloatArray
+
+    @classmethod
+    def of(cls, walks: Sequence[Sidewalk]) -> Walks:
+        """Return the columns of sidewalks, (n,)."""
+        t, width, height = np.array([(walk.t, walk.width, walk.height) for walk in walks]).reshape(-1, 3).T
+        return cls(tuple(walks), np.array([walk.lane for walk in walks], np.int64), t, width, height)
+
+    def at(self, rows: IntArray) -> Walks:
+        """Return those of some rows, in their order."""
+        return Walks.of([self.walks[row] for row in rows.tolist()])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corners:
+    """Neighbouring arms whose sidewalks face each other, in the direction of the roads that connect them, (n,).
+
+    By their lane ids, the first sidewalks lead into the junctions, the second ones out of them.
+    """
+
+    junction: IntArray
+    # Road ends of the first and the second arms
+    entry: IntArray
+    exit: IntArray
+    first: Walks
+    second: Walks
+    passed: tuple[tuple[int, ...], ...]  # The arms between them
+
+    @property
+    def past(self) -> BoolArray:
+        """Whether arms lie between them."""
+        return np.array([bool(arms) for arms in self.passed], bool)
+
+    def at(self, rows: IntArray) -> Corners:
+        """Return those of some rows, in their order."""
+        columns = (self.junction[rows], self.entry[rows], self.exit[rows], self.first.at(rows), self.second.at(rows))
+        return Corners(*columns, tuple(self.passed[row] for row in rows.tolist()))
+
+
+def find_corners(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None = None
+) -> Corners | None:
+    """Return the neighbouring arms (of `junctions`, if given) whose sidewalks face each other; None for none."""
+    found = list(_pairs(parts, margins, cars, rule, junctions))
+    if not found:
+        return None
+    *ends, first, second, passed = zip(*found, strict=True)
+    junction, entry, exit_ = (np.array(column, np.int64) for column in ends)
+    return Corners(junction, entry, exit_, Walks.of(first), Walks.of(second), passed)
+
+
+def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
+    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
+    section = parts.at_end(end).section
+    t = section.left_edge if side > 0 else section.right_edge
+    inner: list[tuple[int, MarginSpec]] = []
+    track: Sidewalk | None = None
+    for lane, strip in strips_at_end(parts, margins, end, side):
+        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING):
+            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
+        if strip.type is LaneType.SIDEWALK:
+            return track
+        inner.insert(0, (lane, strip))
+        t += side * strip.width
+    return track
+
+
+def _pairs(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
+) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk, tuple[int, ...]]]:
+    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `Corners`.
+
+    The last value are the arms between them.
+    """
+    end_junction = parts.end_junction.ravel()
+    touched = np.union1d(cars.entry, cars.exit)
+    if junctions is not None:
+        touched = touched[np.isin(end_junction[touched], junctions)]
+    walks = {
+        (end, side): walk
+        for end in touched.tolist()
+        if margins[end // 2]
+        for side in (1, -1)
+        if (walk := _sidewalk(parts, margins[end // 2], end, side)) is not None
+    }
+    if not walks:
+        return
+    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
+    arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
+    # Side on which traffic comes in, seen outwards: left with right-hand traffic, right with left-hand traffic.
+    incoming = 1 if rule is Rule.RIGHT_HAND else -1
+    connected = set(touched.tolist())
+    for junction, around in _arms_in_order(parts, end_junction, arms, incoming):
+        for k, end in enumerate(around):
+            # Road ends run inwards, starts outwards.
+            first = walks.get((end, incoming if end % 2 == 0 else -incoming))
+            if first is None or end not in connected:
+                continue
+            beyond = [*around[k + 1 :], *around[:k]]
+            passed = tuple(takewhile(partial(_is_passed, parts, walks, first.type), beyond))
+            following = beyond[len(passed)] if len(passed) < len(beyond) else end
+            second = walks.get((following, -incoming if following % 2 == 0 else incoming))
+            # A sidewalk leads back to its own arm round the loop of a dead end alone.
+            if (following == end and len(around) > 1) or following not in connected or second is None:
+                continue
+            if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
+                continue
+            if first.type is second.type:
+                yield junction, end, following, first, second, passed
+
+
+def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
+    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such."""
+    here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
+    if kind is LaneType.BIKING:
+        return kind not in here
+    return not here and parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
+
+
+def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
+    """Whether the way from one road end into a junction leads straight on to another one."""
+    ends = np.array([end, following])
+    _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
+    # Road ends run inwards, starts outwards.
+    turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
+    return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
+
+
+def _arms_in_order(
+    parts: RoadParts, end_junction: IntArray, arms: IntArray, sense: int
+) -> Iterator[tuple[int, list[int]]]:
+    """Yield each junction with its arms in order around its middle, from the arm of the least number on.
+
+    A pedestrian who keeps to the near side meets them in this order: counter-clockwise with right-hand traffic
+    (sense 1), else clockwise (-1).
+    """
+    along = np.where(arms % 2 == 1, parts.length[arms // 2], 0.0)
+    x, y, hdg = pose(parts.plan_view, arms // 2, along)
+    sections = [parts.at_end(end).section for end in arms.tolist()]
+    middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
+    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
+    junction = end_junction[arms]
+    _, group, count = np.unique(junction, return_inverse=True, return_counts=True)
+    cx, cy = np.bincount(group, x) / count, np.bincount(group, y) / count
+    angle = sense * wrapped(np.arctan2(y - cy[group], x - cx[group]))
+    order = np.lexsort((arms, angle, junction))
+    first = np.searchsorted(junction[order], np.unique(junction))
+    for rows in np.split(order, first[1:]):
+        listed = arms[rows].tolist()
+        # A fixed start, so that rounding at half a turn does not matter.
+        start = listed.index(min(listed))
+        yield int(junction[rows[0]]), listed[start:] + listed[:start]
