@@ -284,15 +284,28 @@ def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> 
 
 
 def test_corners_without_room_are_left_out_and_told() -> None:
-    """Sidewalks 14 m wide lie across each other long before the junction."""
-    case = wide(X)
-    broad = replace(WALK, width=14.0)
+    """Streets that part at 8 degrees: cars that turn back swing out over both outer corners."""
+    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": (-118.8, -16.7)}
+    street = "lanes=2 width=6"
+    case = Case(nodes, {1: ("w o", street), 2: ("o e", street), 3: ("s o", street)})
     diagnostics = Diagnostics()
-    roads = built(case, everywhere(case, ((broad,), (broad,))), diagnostics=diagnostics)
-    assert corners(roads) == []
+    roads = built(case, everywhere(case), diagnostics=diagnostics)
+    assert ways_joined(roads) == {frozenset({(1, False), (3, True)})}
     assert [(item.code, item.osm_id) for item in diagnostics if item.code == "sidewalk-corner"] == [
         ("sidewalk-corner", "node/1002")
     ]
+
+
+@EITHER
+def test_broad_sidewalks_meet_in_a_wedge(rule: Rule) -> None:
+    """Sidewalks 14 m wide lie across each other long before the junction; they become narrow in time."""
+    case = wide(X)
+    broad = replace(WALK, width=14.0)
+    diagnostics = Diagnostics()
+    roads = built(case, everywhere(case, ((broad,), (broad,))), rule, diagnostics=diagnostics)
+    assert_sound(roads)
+    assert len(corners(roads)) == 4
+    assert not [item for item in diagnostics if item.code == "sidewalk-corner"]
 
 
 @EITHER
@@ -455,23 +468,26 @@ def widths_of_corners(roads: RoadMap) -> dict[frozenset[int], float]:
 
 
 OUTER = {frozenset(pair): 2.0 for pair in ((1, 12), (3, 7), (4, 9), (6, 10))}
-MEDIANS = {frozenset(pair): 1.0 for pair in ((3, 4), (1, 6), (7, 12), (9, 10))}
+MEDIANS = {frozenset(pair): 1.46 for pair in ((3, 4), (1, 6), (7, 12), (9, 10))}
 
 
 @EITHER
 def test_sidewalks_grow_narrow_where_they_get_round_so_only(rule: Rule) -> None:
-    """Carriageways 10 m apart, with 4 m between them: a sidewalk of 2 m cannot turn back into its twin, 1 m can."""
+    """Carriageways with 3 m between them: sidewalks of 2 m cannot turn back into each other, but half of these can.
+
+    Less the radius of the inner edge they keep 1.46 m, as arms end up to a centimetre nearer.
+    """
     roads = built(CASES["dual_cross"].case, everywhere(CASES["dual_cross"].case), rule)
     assert_sound(roads)
     assert widths_of_corners(roads) == OUTER | MEDIANS
     (section,) = roads.roads[0].lane_sections
     length = curve_length(roads.plan_view, 0)
     walks = sorted(
-        [width_at(lane.widths, s) for s in (0.0, length - defaults.CORNER_KERBSIDE, length)]
+        [width_at(lane.widths, s) for s in (0.0, length - 12.0, length - 6.0, length)]
         for lane in section.lanes
         if lane.type is LaneType.SIDEWALK
     )
-    assert walks == [pytest.approx([2.0, 2.0, 1.0]), pytest.approx([2.0, 2.0, 2.0])]
+    assert walks == [pytest.approx([2.0, 2.0, 1.73, 1.46]), pytest.approx([2.0] * 4)]
 
 
 @pytest.mark.parametrize("grade", [0.04, 0.3])
@@ -528,3 +544,27 @@ def test_corners_lead_where_the_ids_of_their_lanes_do(rule: Rule) -> None:
         incoming, pairs = links[road.id]
         assert incoming.id == before.id
         assert (walk.predecessor, walk.id) in pairs
+
+
+@EITHER
+def test_a_sidewalk_goes_round_cars_that_turn_back(rule: Rule) -> None:
+    """Cars swing out to turn back between streets that part at 30 degrees; the sidewalk opposite goes round them."""
+    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": (-103.9, -60.0)}
+    street = "lanes=2 width=6"
+    case = Case(nodes, {1: ("w o", street), 2: ("o e", street), 3: ("s o", street)})
+    diagnostics = Diagnostics()
+    roads = built(case, everywhere(case), rule, diagnostics=diagnostics)
+    assert_sound(roads)
+    assert len(corners(roads)) == 3
+    assert not [item for item in diagnostics if item.code == "sidewalk-corner"]
+    measures = RoadMeasures(roads)
+    for walk in corners(roads):
+        places = middle_of(roads, walk, np.linspace(0.1, 0.9, 9).tolist())
+        for road in roads.roads:
+            if road.junction != walk.junction or road in corners(roads):
+                continue
+            for s in np.linspace(0.0, measures.length(road), 40).tolist():
+                (edges,) = (measures.edges(road, 0, s)[lane.id] for lane in driven(road))
+                here = measures.pose(road, s).beside(sum(edges) / 2)
+                nearest = min(math.hypot(x - here.x, y - here.y) for x, y in places)
+                assert nearest > abs(edges[0] - edges[1]) / 2

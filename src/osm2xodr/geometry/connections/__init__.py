@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, clear_overrun_arms
-from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, detours, turns_on_the_spot
+from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, detours, legs_through, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 from osm2xodr.geometry.connections.tighter_ways import draw_tighter
@@ -38,6 +38,7 @@ __all__ = [
     "even_widths",
     "find_lane_links",
     "find_priorities",
+    "legs_through",
     "long_turns_back",
     "redraw_connecting_roads",
     "runs_backwards",

@@ -27,7 +27,12 @@ def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> li
     here = present(columns, margins, stretch.start, stretch.end)
     strips = [columns[column].strips[-1 if end % 2 else 0] for column in here]
     numbers = range(lanes + 1, lanes + 1 + len(here))
-    return [(side * number, strip) for number, strip in zip(numbers, strips, strict=True) if strip is not None]
+    wedge = next((item for item in margins[-1 if end % 2 else 0].wedges if item.lies_at(end, side)), None)
+    return [
+        (side * number, replace(strip, width=wedge.width) if wedge and strip.type is LaneType.SIDEWALK else strip)
+        for number, strip in zip(numbers, strips, strict=True)
+        if strip is not None
+    ]
 
 
 def with_lanes_of_sections(

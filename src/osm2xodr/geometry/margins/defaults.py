@@ -25,11 +25,15 @@ CORNER_FAR: Final = 20.0
 CORNER_KERBSIDE: Final = 5.0
 # Least radius of the inner edge of a strip in a bend, m. A choice: an edge without a radius folds over itself.
 CORNER_EDGE_RADIUS: Final = 0.1
+# The same round the tip between two streets, m. A choice: what is left between its sidewalks is a slit.
+CORNER_TIP_RADIUS: Final = 0.03
 # Longest path of a sidewalk round a corner: this multiple of the direct distance, and this much on top, m. Choices.
 CORNER_DETOUR: Final = 3.0
 CORNER_DETOUR_MORE: Final = 5.0
 # How much a sidewalk may turn to one side only to turn back, over a corner, rad. A choice.
 CORNER_SWING: Final = 1.5
+# The same where it swings out round lanes that lie in its way, rad. A choice.
+CORNER_SWING_OUT: Final = 3.5
 # How far a sidewalk may reach onto lanes for cars, m. A choice: paths of cars through junctions are guesses, too.
 CORNER_ONTO_LANE: Final = 0.3
 # Values of OSM's ``highway`` of arms without sidewalks that sidewalks run past: who leaves these yields, over a

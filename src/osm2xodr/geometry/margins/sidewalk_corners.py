@@ -29,6 +29,7 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.geometry.margins.corner_pairs import Corners, find_corners
 from osm2xodr.geometry.margins.corner_strips import between, with_inner_lanes
+from osm2xodr.geometry.margins.corner_swings import swung_out
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
@@ -61,7 +62,7 @@ def sidewalk_corners(
     for here, others in ((~past, cars), (past, cars.chosen(~crossing))):
         if not here.any():
             continue
-        rows, own, good = _drawn(corners.at(np.flatnonzero(here)), cars, others, parts)
+        rows, own, good = _drawn(corners.at(np.flatnonzero(here)), cars, others, parts, rule)
         led = led.joined(with_inner_lanes(rows.chosen(good), own[good], others, parts, rule))
         # Nobody misses a corner that leads past a driveway: sidewalks may end there.
         walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
@@ -70,7 +71,7 @@ def sidewalk_corners(
 
 
 def _drawn(
-    corners: Corners, cars: ConnectingRoads, others: ConnectingRoads, parts: RoadParts
+    corners: Corners, cars: ConnectingRoads, others: ConnectingRoads, parts: RoadParts, rule: Rule
 ) -> tuple[ConnectingRoads, BoolArray, BoolArray]:
     """Return the corners drawn in the first way that is clear of the carriageways, of the `others` as well.
 
@@ -93,7 +94,26 @@ def _drawn(
     best = np.lexsort((rank, corner[number]))
     best = best[np.unique(corner[number][best], return_index=True)[1]]
     chosen = number[best]
-    return reduce(ConnectingRoads.joined, rows).at_rows(best), beside.row[chosen] < 0, clear[chosen]
+    own, good = beside.row[chosen] < 0, clear[chosen]
+    return _swung_out(reduce(ConnectingRoads.joined, rows).at_rows(best), own, good, others, parts, rule)
+
+
+def _swung_out(
+    rows: ConnectingRoads, own: BoolArray, good: BoolArray, cars: ConnectingRoads, parts: RoadParts, rule: Rule
+) -> tuple[ConnectingRoads, BoolArray, BoolArray]:
+    """Let those that lie on lanes, but do not fold, swing out round these, where that makes them good."""
+    bad = np.flatnonzero(own & ~good)
+    bad = bad[~_folds(rows.at_rows(bad))]
+    some, plan = swung_out(rows.at_rows(bad), cars, rule)
+    if not len(some):
+        return rows, own, good
+    tried = replace(rows.at_rows(bad[some]), plan_view=plan, length=lengths(plan))
+    clear = _passable(tried, np.ones(len(some), bool), cars, parts, defaults.CORNER_SWING_OUT)
+    every = np.arange(len(own))
+    every[bad[some[clear]]] = len(own) + np.flatnonzero(clear)
+    good = good.copy()
+    good[bad[some[clear]]] = True
+    return rows.joined(tried).at_rows(every), own, good
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +196,7 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
     plan = reverse_curves(plan, beside.back)
     alone = np.flatnonzero(beside.row < 0)
     if len(alone):
-        half = np.maximum(corners.first.width, corners.second.width)[alone] / 2
+        half = np.minimum(corners.first.width, corners.second.width)[alone] / 2
         curves = _unfolded([column[alone] for column in poses], half)
         plan = replace_curves(plan, alone, curves, np.arange(len(alone)))
     return plan
@@ -185,7 +205,7 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
 def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
     """Return curves between poses; wider ones where a strip of half the width `half` (n,), m, would fold."""
     plan = connect(*poses)
-    least = half + defaults.CORNER_EDGE_RADIUS
+    least = half + defaults.CORNER_TIP_RADIUS
     tight = np.flatnonzero(smallest_radius(plan) < least)
     if not len(tight):
         return plan
@@ -227,22 +247,41 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
     )
 
 
-def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:
+def _folds(rows: ConnectingRoads) -> BoolArray:
+    """Say which sidewalks, in the middle of their curves, fold at the inner edge of a bend, (rows,)."""
+    plan = rows.plan_view
+    owner = owners(plan.start)
+    out = np.zeros(len(rows.length), bool)
+    for s, curvature in ((plan.s, plan.curvature), (plan.s + plan.length, end_curvature(plan))):
+        share = s / rows.length[owner]
+        step = share * share * (3.0 - 2.0 * share)
+        width = rows.entry_width[owner] + step * (rows.exit_width - rows.entry_width)[owner]
+        out[owner[np.abs(curvature) * (width / 2 + defaults.CORNER_TIP_RADIUS) > 1.0]] = True
+    return out
+
+
+def _passable(
+    rows: ConnectingRoads,
+    own: BoolArray,
+    cars: ConnectingRoads,
+    parts: RoadParts,
+    swing: float = defaults.CORNER_SWING,
+) -> BoolArray:
     """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
     plan, every = rows.plan_view, np.arange(len(rows.length))
     x0, y0, _ = pose(plan, every, np.zeros(len(every)))
     x1, y1, _ = pose(plan, every, rows.length)
     half = np.maximum(rows.entry_width, rows.exit_width) / 2
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
-    good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
+    good &= ~_folds(rows)
     # Turns back and forth, beyond the turn that the curve makes.
     owner, turn = owners(plan.start), record_turns(plan)
     whole, net = (np.bincount(owner, item, len(every)).astype(np.float64) for item in (np.abs(turn), turn))
-    good &= whole - np.abs(wrapped(net)) <= defaults.CORNER_SWING
+    good &= whole - np.abs(wrapped(net)) <= swing
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.
-    good &= ~onto_lanes(rows, cars, x, y, np.where(own, half - defaults.CORNER_ONTO_LANE, 0.0))
+    good &= ~onto_lanes(rows, cars, x, y, np.where(own, np.maximum(half - defaults.CORNER_ONTO_LANE, half / 2), 0.0))
     far = np.flatnonzero(good & (own | (rows.length > defaults.CORNER_FAR)))
     good[far] = ~onto_roads(rows.junction[far], parts, x[far], y[far])
     return good

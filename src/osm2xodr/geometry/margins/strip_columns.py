@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
 from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.strips import Margins
-from osm2xodr.model import Cubic, MarginSpec
+from osm2xodr.geometry.margins.strips import Margins, Wedge
+from osm2xodr.model import Cubic, LaneType, MarginSpec
 
 # Widths that differ by less are the same, m.
 _SAME_WIDTH: Final = 1e-9
@@ -25,6 +26,7 @@ class Column:
     """Strips of one kind at one side of a road, one behind the other."""
 
     strips: tuple[MarginSpec | None, ...]  # The strip in each stretch of the road's margins; None where there is none
+    wedges: tuple[Wedge, ...] = ()  # Before junctions
 
     @property
     def kind(self) -> MarginSpec:
@@ -50,7 +52,21 @@ def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
         for column in found:
             if len(column) == k:
                 column.append(None)
-    return tuple(Column(tuple(column)) for column in found)
+    return tuple(Column(tuple(column), _wedges(column, margins, side)) for column in found)
+
+
+def _wedges(column: Sequence[MarginSpec | None], margins: Margins, side: int) -> tuple[Wedge, ...]:
+    """Return the wedges at one side of a road that belong to a column."""
+    return tuple(
+        wedge
+        for end in (0, 1)
+        for wedge in margins[-end].wedges
+        if wedge.lies_at(end, side) and _is_sidewalk(column[-end])
+    )
+
+
+def _is_sidewalk(strip: MarginSpec | None) -> bool:
+    return strip is not None and strip.type is LaneType.SIDEWALK
 
 
 def _same_kind(column: Sequence[MarginSpec | None], strip: MarginSpec) -> bool:
@@ -85,7 +101,21 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
             Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
         ]
+    for wedge in column.wedges:
+        out = _with_wedge(out, wedge, margins[-1].end)
     return without_repeats(out)
+
+
+def _with_wedge(widths: Sequence[Cubic], wedge: Wedge, length: float) -> list[Cubic]:
+    """Return widths along a road of some length, m, that a wedge ends, or begins."""
+    border = length - wedge.length if wedge.at_end else wedge.length
+    holding = max((item for item in widths if item.s <= border), key=lambda item: item.s)
+    here = holding.at(border - holding.s)
+    slope = (wedge.width - here) / wedge.length
+    if wedge.at_end:
+        return [*(item for item in widths if item.s < border), Cubic(border, here, slope)]
+    rest = part_of_cubics(widths, border, length)
+    return [Cubic(0.0, wedge.width, -slope), *(Cubic(border + c.s, c.a, c.b, c.c, c.d) for c in rest)]
 
 
 def tapered(length: float, taper: float, start: float, middle: float, end: float) -> tuple[Cubic, ...]:

@@ -15,6 +15,21 @@ Strips = tuple[MarginSpec, ...]
 
 
 @dataclass(frozen=True, slots=True)
+class Wedge:
+    """How the sidewalk at one side of a road becomes narrower before a junction, evenly."""
+
+    side: int  # Left 1, right -1, seen along the road
+    at_end: bool  # Whether at the road's end, else at its start
+    # How wide it is where the road ends, and over how much of the road it becomes so, m
+    width: float
+    length: float
+
+    def lies_at(self, end: int, side: int) -> bool:
+        """Say whether it is that at one side of a road end."""
+        return (self.at_end, self.side) == (end % 2 == 1, side)
+
+
+@dataclass(frozen=True, slots=True)
 class MarginStretch:
     """Part of a road beside which nothing changes."""
 
@@ -26,6 +41,7 @@ class MarginStretch:
     right: Strips
     way: int  # The OSM way (the first, where it is made of several)
     tight: bool = False  # Whether there is no room for wider or more strips
+    wedges: tuple[Wedge, ...] = ()  # Where its sidewalks end at junctions, narrower than elsewhere
 
     def strips(self, side: int) -> Strips:
         """Return the strips at the left (1) or right (-1)."""

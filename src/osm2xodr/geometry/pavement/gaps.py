@@ -21,6 +21,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
+# Share of their width by which narrow lanes are drawn narrower on both sides at most. A choice.
+_INSET_SHARE: Final = 0.4
 # What cells hold that no lane covers: nothing, a strip where an island may be, or a paved one.
 FREE: Final = -1
 STRIP: Final = -2
@@ -224,5 +226,6 @@ def _draw(grids: Grids, sections: CrossSections, faces: Faces) -> None:
     )
     grids.draw(sections.left, sections.left + sections.more_left, left)
     grids.draw(sections.right - sections.more_right, sections.right, right)
-    inset = defaults.GAP_INSET
+    # The tips of sidewalks are narrower than that.
+    inset = np.minimum(defaults.GAP_INSET, _INSET_SHARE * (sections.left - sections.right))
     grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))

@@ -1,0 +1,138 @@
+"""Sidewalks of arms that part at an acute angle end in one wedge, whether cars turn there or not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings, strategies as st
+from margin_cases import BOTH, WALK, Strips, built
+from road_measures import RoadMeasures, assert_sound, width_at
+from street_cases import Case
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.margins import defaults
+from osm2xodr.model import LaneType, Road, RoadMap, Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+ONE_WAY = "highway=residential oneway=yes lanes=1 width=4"
+_NO_WALK: tuple[Strips, Strips] = ((), ())
+
+
+def _polar(distance: float, degrees: float) -> tuple[float, float]:
+    return distance * math.cos(math.radians(degrees)), distance * math.sin(math.radians(degrees))
+
+
+def acute_t(angle: float, tags: str = ONE_WAY) -> Case:
+    """Ways 1 from the west and 3 from the south-west lead in, so that nobody turns at the acute corner between."""
+    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": _polar(120.0, 180.0 + angle)}
+    return Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("s o", tags)})
+
+
+def acute_x(angle: float) -> Case:
+    """Ways 1 and 3 lead in, 2 and 4 out: nobody turns at either acute corner."""
+    t = acute_t(angle)
+    return Case({**t.nodes, "n": _polar(120.0, angle)}, {**t.ways, 4: ("o n", ONE_WAY)})
+
+
+def joined(roads: RoadMap) -> set[frozenset[int]]:
+    """Return the pairs of ways that sidewalks round corners join."""
+    by_id = {road.id: road for road in roads.roads}
+    return {
+        frozenset(by_id[link.id].osm_way_ids[0] for link in (road.predecessor, road.successor) if link)
+        for road in roads.roads
+        if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
+    }
+
+
+def road_of(roads: RoadMap, way: int) -> Road:
+    (road,) = (road for road in roads.roads if road.osm_way_ids == (way,))
+    return road
+
+
+def walk_beside(roads: RoadMap, road: Road, side: int, from_end: float) -> tuple[float, float]:
+    """Return how far from the line of a road's street its kerb is, and how wide its sidewalk, before its end, m."""
+    measures = RoadMeasures(roads)
+    s = measures.length(road) - from_end
+    section = road.lane_sections[-1]
+    (lane,) = (lane for lane in section.lanes if lane.type is LaneType.SIDEWALK and lane.id * side > 0)
+    edges = measures.edges(road, len(road.lane_sections) - 1, s)[lane.id]
+    return min(map(abs, edges)), width_at(lane.widths, s - section.s)
+
+
+def along_kerb(roads: RoadMap, way: int, other: int, kerb: float, angle: float, from_end: float = 0.0) -> float:
+    """Return how far before the end of a way's road lies behind where its kerb meets that of another way, m."""
+    measures = RoadMeasures(roads)
+    one, two = (measures.pose(road, measures.length(road)) for road in (road_of(roads, way), road_of(roads, other)))
+    # Both lead to the node, at which their lines meet.
+    normal = -math.sin(two.hdg), math.cos(two.hdg)
+    off = (two.x - one.x) * normal[0] + (two.y - one.y) * normal[1]
+    to_node = off / (math.cos(one.hdg) * normal[0] + math.sin(one.hdg) * normal[1])
+    return from_end + to_node - kerb / math.tan(math.radians(angle) / 2)
+
+
+def findings(diagnostics: Diagnostics) -> list[str]:
+    return [item.osm_id for item in diagnostics if item.code == "sidewalk-corner"]
+
+
+@EITHER
+@pytest.mark.parametrize("angle", [30.0, 45.0, 60.0])
+def test_sidewalks_of_an_acute_t_end_in_one_wedge(rule: Rule, angle: float) -> None:
+    """Kerbs 2 m beside the lines meet 2 m / tan(angle / 2) before the node; the sidewalks meet in the middle."""
+    told = Diagnostics()
+    case = acute_t(angle)
+    roads = built(case, dict.fromkeys(case.ways, BOTH), rule, diagnostics=told)
+    assert_sound(roads)
+    assert joined(roads) == {frozenset(pair) for pair in ((1, 3), (1, 2), (2, 3))}
+    assert findings(told) == []
+    slope = math.tan(math.radians(angle) / 2)
+    right = -1 if rule is Rule.RIGHT_HAND else 1
+    # The sidewalk at the end with more room is as wide as the other one: both turn round one tip.
+    least = min(along_kerb(roads, 1, 3, 2.0, angle), along_kerb(roads, 3, 1, 2.0, angle)) * slope
+    tip, over = least - defaults.CORNER_TIP_RADIUS, (2.0 - least) / slope
+    for way, side in ((1, right), (3, -right)):
+        road = road_of(roads, way)
+        assert walk_beside(roads, road, side, 0.0)[0] == pytest.approx(2.0, abs=0.01)
+        for share in (0.0, 0.25, 0.5, 0.75, 1.0, 1.5):
+            wide = tip + min(share, 1.0) * (2.0 - tip)
+            assert walk_beside(roads, road, side, share * over)[1] == pytest.approx(wide, abs=0.02)
+        # The other side of the street is as wide as ever.
+        assert walk_beside(roads, road, -side, 0.0)[1] == pytest.approx(2.0)
+
+
+@EITHER
+def test_a_wedge_at_each_acute_corner_of_an_x(rule: Rule) -> None:
+    told = Diagnostics()
+    case = acute_x(40.0)
+    roads = built(case, dict.fromkeys(case.ways, BOTH), rule, diagnostics=told)
+    assert_sound(roads)
+    assert joined(roads) == {frozenset(pair) for pair in ((1, 3), (2, 4), (1, 4), (2, 3))}
+    assert findings(told) == []
+
+
+@EITHER
+def test_sidewalks_stay_as_wide_where_the_other_street_has_none(rule: Rule) -> None:
+    told = Diagnostics()
+    case = acute_x(40.0)
+    roads = built(case, {1: BOTH, 2: BOTH, 3: _NO_WALK, 4: BOTH}, rule, diagnostics=told)
+    assert_sound(roads)
+    assert joined(roads) == {frozenset(pair) for pair in ((2, 4), (1, 4))}
+    assert findings(told) == []
+    for side in (1, -1):
+        assert walk_beside(roads, road_of(roads, 1), side, 0.0)[1] == pytest.approx(2.0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(angle=st.floats(25.0, 75.0), walk=st.floats(1.0, 2.4), width=st.floats(3.0, 7.0))
+def test_no_sidewalk_lies_beyond_the_middle_between_both_kerbs(angle: float, walk: float, width: float) -> None:
+    """Wedges are no longer than 12 m: enough for these."""
+    case = acute_t(angle, f"highway=residential oneway=yes lanes=1 width={width:.2f}")
+    strip = replace(WALK, width=walk)
+    roads = built(case, dict.fromkeys(case.ways, ((strip,), (strip,))))
+    assert frozenset({1, 3}) in joined(roads)
+    slope = math.tan(math.radians(angle) / 2)
+    for way, other, side in ((1, 3, -1), (3, 1, 1)):
+        for before in (0.0, 1.0, 2.0, 5.0, 8.0):
+            kerb, wide = walk_beside(roads, road_of(roads, way), side, before)
+            assert wide <= along_kerb(roads, way, other, kerb, angle, before) * slope + 0.02
