@@ -26,6 +26,10 @@ from osm2xodr.model import FloatArray, IntArray, LaneType, Rule
 _SHARES_OF_ROOM: Final = (1.0, 0.6)
 # Least width of a sidewalk where it ends in a wedge, m: about a kerbstone's. A choice.
 _LEAST_WIDTH: Final = 0.1
+# Where both kerbs end farther apart than this, m, is no tip: sidewalks are at least so wide, m, or none is led on
+# there. Choices.
+_LARGEST_TIP: Final = 4.0
+_LEAST_PATH: Final = 0.5
 # Wedges have such lengths, m, up to this share of their road, and no steeper edges. Choices.
 _WEDGE_LENGTH: Final = (1.0, 12.0)
 _SHARE_OF_ROAD: Final = 0.45
@@ -92,14 +96,17 @@ def _wedged(
 
     Both get the same width, that of the end with less room: they go round one tip.
     """
-    room, slope = _room(parts, rows)
+    room, slope, apart = _room(parts, rows)
     wide = np.column_stack([rows.entry_width, rows.exit_width])
     width = np.maximum(share * np.minimum(room[:, None] - 1.1 * defaults.CORNER_TIP_RADIUS, wide), _LEAST_WIDTH)
     width = np.floor(100.0 * width) / 100.0
     length = np.clip((wide - share * room[:, None]) / slope[:, None], *_WEDGE_LENGTH)
     found: list[tuple[int, Wedge]] = []
-    for corner, *columns in zip(_corner_of(rows), wide.tolist(), width.tolist(), length.tolist(), strict=True):
-        for (end, side), before, to, over in zip(corner, *columns, strict=True):
+    enough = (apart <= _LARGEST_TIP) | (width.min(axis=1) >= _LEAST_PATH)
+    rows = rows.chosen(enough)
+    columns = (array[enough].tolist() for array in (wide, width, length))
+    for corner, *sizes in zip(_corner_of(rows), *columns, strict=True):
+        for (end, side), before, to, over in zip(corner, *sizes, strict=True):
             if to < before - defaults.SAME_PLACE:
                 over = min(over, _SHARE_OF_ROAD * float(parts.length[end // 2]))
                 found.append((end, Wedge(side, end % 2 == 1, to, over)))
@@ -114,10 +121,11 @@ def _wedged(
     return tuple(out)
 
 
-def _room(parts: RoadParts, rows: ConnectingRoads) -> tuple[FloatArray, FloatArray]:
+def _room(parts: RoadParts, rows: ConnectingRoads) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how far the middle between both kerbs is from the nearer one where that ends, m, and its slope, (rows,).
 
-    Kerbs count as straight; where they do not face each other, there is room for anything.
+    The third array has how far the ends of both kerbs are from each other, m. Kerbs count as straight; where they do
+    not face each other, there is room for anything.
     """
     kerbs = []
     for end, lane in ((rows.entry, rows.entry_lane), (rows.exit, rows.exit_lane)):
@@ -134,7 +142,8 @@ def _room(parts: RoadParts, rows: ConnectingRoads) -> tuple[FloatArray, FloatArr
     acute = (angle < _LARGEST_ANGLE) & (angle > -_MOST_CLOSING)
     apart = np.minimum((facing * (one - other)).sum(1), (normal * (other - one)).sum(1))
     room = np.where(acute, apart / np.where(acute, 1.0 + cos, 1.0), np.inf)
-    return room, np.clip(np.where(acute, np.tan(angle / 2), _STEEPEST), _LEAST_SLOPE, _STEEPEST)
+    slope = np.clip(np.where(acute, np.tan(angle / 2), _STEEPEST), _LEAST_SLOPE, _STEEPEST)
+    return room, slope, np.hypot(*(other - one).T)
 
 
 def _sidewalk_alone(strips: Strips) -> Strips:
