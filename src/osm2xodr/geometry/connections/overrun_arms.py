@@ -17,7 +17,7 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
-from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -171,7 +171,7 @@ class _Arms:
         road, at_end = end // 2, end % 2 == 1
         sections = [parts.at_end(number).section for number in end.tolist()]
         left, right = np.array([(section.left_edge, section.right_edge) for section in sections]).reshape(-1, 2).T
-        x, y, hdg = pose(parts.plan_view, road, np.where(at_end, parts.length[road], 0.0))
+        x, y, hdg = end_poses(parts, end)
         hdg = hdg + np.where(at_end, np.pi, 0.0)
         return cls(road, at_end, left, right, x, y, np.cos(hdg), np.sin(hdg)).chosen(each)
 

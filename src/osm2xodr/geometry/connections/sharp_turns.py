@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, OFF_CARRIAGE
 from osm2xodr.geometry.connections.pose_to_pose import curves_apart
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
-from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -79,9 +79,7 @@ def runs_backwards(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
         (connecting.entry[row], 1, np.zeros(len(row))),
         (connecting.exit[row], 0, lengths(plan, row)),
     ):
-        road, at_end = end // 2, end % 2 == 1
-        hdg = pose(parts.plan_view, road, np.where(at_end, parts.length[road], 0.0))[2]
-        hdg = hdg + np.where(end % 2 == inwards, 0.0, np.pi)
+        hdg = end_poses(parts, end)[2] + np.where(end % 2 == inwards, 0.0, np.pi)
         out[row] |= np.cos(pose(plan, row, s)[2] - hdg) < 0.0
     return out
 

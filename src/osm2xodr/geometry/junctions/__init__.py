@@ -7,7 +7,13 @@ from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.junctions.places import street_places
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
-from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_back_dead_ends, cut_roads, without_idle_junctions
+from osm2xodr.geometry.junctions.road_parts import (
+    RoadParts,
+    cut_back_dead_ends,
+    cut_roads,
+    end_poses,
+    without_idle_junctions,
+)
 from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
 from osm2xodr.geometry.junctions.u_turns import choose_u_turns
 
@@ -22,6 +28,7 @@ __all__ = [
     "cut_back_ends_on_streets",
     "cut_roads",
     "draw_loops",
+    "end_poses",
     "find_movements",
     "lay_out_junctions",
     "shift_lines_out_of_bends",

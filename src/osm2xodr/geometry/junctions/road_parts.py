@@ -53,6 +53,11 @@ class RoadParts:
         return self.stretches[end // 2][-1 if end % 2 else 0]
 
 
+def end_poses(parts: RoadParts, end: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x and y, m, of road ends, (n,), and the heading of their roads there, rad."""
+    return pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
+
+
 def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
     """Take out junctions that nobody can drive through: their arms are dead ends and keep their length."""
     used = np.zeros(len(layout.arms), bool)

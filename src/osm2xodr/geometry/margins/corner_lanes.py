@@ -25,14 +25,9 @@ def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> li
     columns = columns_of(margins, side)
     # Columns of the section count as lanes even where they have no width.
     here = present(columns, margins, stretch.start, stretch.end)
-    strips = [columns[column].strips[-1 if end % 2 else 0] for column in here]
+    strips = [columns[column].strip_at(end, side) for column in here]
     numbers = range(lanes + 1, lanes + 1 + len(here))
-    wedge = next((item for item in margins[-1 if end % 2 else 0].wedges if item.lies_at(end, side)), None)
-    return [
-        (side * number, replace(strip, width=wedge.width) if wedge and strip.type is LaneType.SIDEWALK else strip)
-        for number, strip in zip(numbers, strips, strict=True)
-        if strip is not None
-    ]
+    return [(side * number, strip) for number, strip in zip(numbers, strips, strict=True) if strip is not None]
 
 
 def with_lanes_of_sections(

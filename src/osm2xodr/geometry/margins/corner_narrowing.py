@@ -14,9 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.sidewalk_corners import sidewalk_corners
 from osm2xodr.geometry.margins.strips import Margins, Strips, Wedge
@@ -129,7 +128,7 @@ def _room(parts: RoadParts, rows: ConnectingRoads) -> tuple[FloatArray, FloatArr
     """
     kerbs = []
     for end, lane in ((rows.entry, rows.entry_lane), (rows.exit, rows.exit_lane)):
-        x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
+        x, y, hdg = end_poses(parts, end)
         sections = [parts.at_end(item).section for item in end.tolist()]
         t = np.where(lane > 0, [item.left_edge for item in sections], [item.right_edge for item in sections])
         normal = np.sign(lane)[:, None] * np.column_stack([-np.sin(hdg), np.cos(hdg)])

@@ -9,9 +9,9 @@ from itertools import takewhile
 
 import numpy as np
 
-from osm2xodr.curves import pose, wrapped
+from osm2xodr.curves import wrapped
 from osm2xodr.geometry.connections import STRAIGHT_ON, ConnectingRoads
-from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_lanes import strips_at_end
 from osm2xodr.geometry.margins.corner_strips import Sidewalk
@@ -149,7 +149,7 @@ def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind
 def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
     """Whether the way from one road end into a junction leads straight on to another one."""
     ends = np.array([end, following])
-    _, _, hdg = pose(parts.plan_view, ends // 2, np.where(ends % 2 == 1, parts.length[ends // 2], 0.0))
+    _, _, hdg = end_poses(parts, ends)
     # Road ends run inwards, starts outwards.
     turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
     return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
@@ -163,8 +163,7 @@ def _arms_in_order(
     A pedestrian who keeps to the near side meets them in this order: counter-clockwise with right-hand traffic
     (sense 1), else clockwise (-1).
     """
-    along = np.where(arms % 2 == 1, parts.length[arms // 2], 0.0)
-    x, y, hdg = pose(parts.plan_view, arms // 2, along)
+    x, y, hdg = end_poses(parts, arms)
     sections = [parts.at_end(end).section for end in arms.tolist()]
     middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
     x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)

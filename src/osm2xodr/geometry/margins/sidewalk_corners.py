@@ -24,7 +24,7 @@ from osm2xodr.curves import (
     wrapped,
 )
 from osm2xodr.geometry.connections import ConnectingRoads, connect
-from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.geometry.margins.corner_pairs import Corners, find_corners
@@ -188,7 +188,7 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
     """Return the reference line of each corner: that of its turn, or a curve of its own, in its middle."""
     poses = []
     for end, walks, inwards in ((corners.entry, corners.first, 1), (corners.exit, corners.second, 0)):
-        x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
+        x, y, hdg = end_poses(parts, end)
         x, y = x - walks.t * np.sin(hdg), y + walks.t * np.cos(hdg)
         poses += [x, y, hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     source = np.maximum(beside.row, 0)

@@ -7,7 +7,7 @@ strips never cut the lane sections in which cars change lanes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from osm2xodr.curves import part_of_cubics
@@ -27,6 +27,12 @@ class Column:
 
     strips: tuple[MarginSpec | None, ...]  # The strip in each stretch of the road's margins; None where there is none
     wedges: tuple[Wedge, ...] = ()  # Before junctions
+
+    def strip_at(self, end: int, side: int) -> MarginSpec | None:
+        """Return the strip at a road end, as narrow as a wedge leaves it, at the side (left 1, right -1) it is on."""
+        strip = self.strips[-(end % 2)]
+        wedge = next((item for item in self.wedges if item.lies_at(end, side)), None)
+        return strip if strip is None or wedge is None else replace(strip, width=wedge.width)
 
     @property
     def kind(self) -> MarginSpec:

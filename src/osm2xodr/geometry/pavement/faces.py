@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, ranks, rays_to_segments, starts
+from osm2xodr.curves import ranks, rays_to_segments, starts
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -75,7 +75,7 @@ class Faces:
         row = np.repeat(np.arange(len(end)), count)
         share = ranks(count) / (count - 1)[row]
         at_end = end % 2 == 1
-        x, y, hdg = pose(parts.plan_view, end // 2, np.where(at_end, parts.length[end // 2], 0.0))
+        x, y, hdg = end_poses(parts, end)
         u = (u0[row] + share * (u1 - u0)[row]) * np.where(at_end, 1.0, -1.0)[row]
         t = t0[row] + share * (t1 - t0)[row]
         cos, sin = np.cos(hdg)[row], np.sin(hdg)[row]

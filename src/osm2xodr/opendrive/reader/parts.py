@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from osm2xodr.system import unpacked
+
 # Parts are at least this large, bytes: below, copies of the process cost as much as they save. A choice.
 _LEAST_PART: Final = 8_000_000
 # Roads lie one after another below the root: a part begins with one.
@@ -14,7 +16,6 @@ _ROAD: Final = re.compile(rb"<road[\s>]")
 _ROOT: Final = b"OpenDRIVE"
 # What is read at once to find a road, bytes: more than one road takes.
 _WINDOW: Final = 1 << 22
-_PACKED: Final = b"\x1f\x8b"
 _ENCODING: Final = re.compile(rb"""<\?xml[^>]*encoding=["']([^"']*)""")
 # Encodings in which every byte below 128 is the letter of ASCII, so that parts can be told, and that expat assumes.
 _PLAIN: Final = frozenset({b"utf-8", b"us-ascii", b"ascii"})
@@ -44,9 +45,11 @@ def find_parts(path: Path, jobs: int) -> tuple[Part, ...]:
     if count < 2:
         return ()
     with path.open("rb") as file:
+        if unpacked(file) is not file:
+            return ()
         head = file.read(_WINDOW)
         found = _ENCODING.match(head)
-        if head.startswith(_PACKED) or (found and found.group(1).lower() not in _PLAIN):
+        if found and found.group(1).lower() not in _PLAIN:
             return ()
         cuts = [0]
         for k in range(1, count):

@@ -34,17 +34,15 @@ def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highw
     column, row = np.floor(lines.points / _CELL).astype(np.int64).T
     cell = column * _ROW + row
     cells, index = np.unique(cell, return_inverse=True)
-    metres = np.zeros((2, len(cells)))
-    for row, kinds in zip(metres, (_RESIDENTIAL, _STREETS), strict=True):
-        counted = np.array([highway in kinds for highway in highways], np.bool_)
-        row += np.bincount(index, np.where(counted[way], lines.length, 0.0), len(cells))
+    counted = np.array([[highway in kinds for highway in highways] for kinds in (_RESIDENTIAL, _STREETS)], np.bool_)
+    metres = np.array([np.bincount(index, lines.length * some[way], len(cells)) for some in counted])
     around = np.zeros((2, len(cells)))
     for right in (-1, 0, 1):
         for up in (-1, 0, 1):
             beside = cells + right * _ROW + up
             at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
             around += np.where(cells[at] == beside, metres[:, at], 0.0)
-    total = np.array([np.bincount(way, lines.length * row[index], len(highways)) for row in around])
+    total = np.array([np.bincount(way, lines.length * near[index], len(highways)) for near in around])
     length = np.bincount(way, lines.length, len(highways))
     density: FloatArray = total / np.maximum(length, 1e-9) / _WINDOW_HA
     return density

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
@@ -275,10 +276,8 @@ def _halves(heading: FloatArray) -> list[tuple[int, int]]:
     overlaps itself would have a hole there.
     """
     last = len(heading) - 1
-    step = heading[1:] - heading[:-1]
-    step -= 2 * math.pi * np.rint(step / (2 * math.pi))
-    turn = np.abs(step).sum()
-    turns_back = bool(turn > math.pi and np.ptp(np.unwrap(heading)) > math.pi)
+    turned = np.cumsum(wrapped(heading[1:] - heading[:-1]))
+    turns_back = bool(turned.max(initial=0.0) - turned.min(initial=0.0) > math.pi)
     return [(0, last // 2), (last // 2, last)] if turns_back and last > 1 else [(0, last)]
 
 
