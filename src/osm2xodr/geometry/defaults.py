@@ -138,3 +138,5 @@ MEETING_SHARE: Final = 0.85
 PARALLEL_SINE: Final = 0.2
 PARALLEL_SPACING: Final = 8.0
 PARALLEL_GAP: Final = 0.2
+# Least distance between the lanes of opposite carriageways of a motorway, m: RAA 2008 has medians of 2.5 m and more.
+LEAST_MEDIAN: Final = 2.5

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import pose
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions import RoadParts
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Ends that shift are compared over this length, m: about that over which their shift fades.
 _END: Final = 20.0
@@ -24,7 +24,7 @@ def shares_with_room(parts: RoadParts, numbers: Mapping[int, Sequence[int]], shi
     are, -1 for what stays.
     """
     share = np.ones(len(shift))
-    road, s, part, edge = _places(parts, numbers)
+    road, s, part, edge, motorway = _places(parts, numbers)
     aside = np.append(shift, 0.0)[part]
     moved = np.flatnonzero(aside)
     if not len(moved):
@@ -38,7 +38,8 @@ def shares_with_room(parts: RoadParts, numbers: Mapping[int, Sequence[int]], shi
     along, across, turn = dx * cos + dy * sin, dy * cos - dx * sin, hdg[b] - hdg[a]
     abreast = (np.abs(along) <= 0.5 * defaults.PARALLEL_SPACING) & (np.abs(np.sin(turn)) < defaults.PARALLEL_SINE)
     side, sign = (across < 0).astype(np.int64), np.sign(across)
-    room = np.abs(across) - edge[a, side] - edge[b, side] - defaults.PARALLEL_GAP
+    gap = np.where(motorway[a] & motorway[b], defaults.LEAST_MEDIAN, defaults.PARALLEL_GAP)
+    room = np.abs(across) - edge[a, side] - edge[b, side] - gap
     own, other = np.maximum(sign * aside[a], 0.0), np.maximum(sign * aside[b], 0.0)
     tight = np.flatnonzero(abreast & (np.cos(turn) < 0) & (own > 0) & (own + other > room))
     np.minimum.at(share, part[a[tight]], np.maximum(room[tight], 0.0) / (own + other)[tight])
@@ -47,8 +48,11 @@ def shares_with_room(parts: RoadParts, numbers: Mapping[int, Sequence[int]], shi
 
 def _places(
     parts: RoadParts, numbers: Mapping[int, Sequence[int]]
-) -> tuple[IntArray, FloatArray, IntArray, FloatArray]:
-    """Return places along one-way roads: road, s, m, part, -1 for none, and distance of both edges, (n, 2), m."""
+) -> tuple[IntArray, FloatArray, IntArray, FloatArray, BoolArray]:
+    """Return places along one-way roads.
+
+    These are road, s, m, part, -1 for none, distance of both edges, (n, 2), m, and whether it is a motorway.
+    """
     rows = [
         (road, item, part)
         for road, stretches in enumerate(parts.stretches)
@@ -64,4 +68,5 @@ def _places(
     ends = np.array([(own[0], own[-1]) for own in (numbers.get(k, (-1, -1)) for k in range(len(parts.length)))])
     for end, distance in enumerate((s, parts.length[road] - s)):
         part = np.where((part < 0) & (distance < _END), ends.reshape(-1, 2)[road, end], part)
-    return road, s, part, np.repeat(edges, count, axis=0)
+    motorway = np.array([item.attributes.highway == "motorway" for _, item, _ in rows], bool)
+    return road, s, part, np.repeat(edges, count, axis=0), np.repeat(motorway, count)

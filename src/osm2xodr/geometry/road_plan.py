@@ -66,8 +66,8 @@ from osm2xodr.geometry.plan_view import (
     FittedStreets,
     StreetEnds,
     fit_streets,
-    narrow_parallel_streets,
     outer_lanes,
+    separate_parallel_streets,
     smooth_streets,
     street_ends,
     trims_clear_of_bends,
@@ -116,7 +116,7 @@ def plan_roads(
     if options.plan == SPIRALS:
         fitted = smooth_streets(network, fitted, chained=not side_by_side, jobs=jobs)
         report_corners(fitted, diagnostics)
-    fitted = narrow_parallel_streets(network, fitted, diagnostics)
+    fitted = separate_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))

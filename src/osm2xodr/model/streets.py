@@ -99,6 +99,8 @@ class StreetAttributes:
     max_height: float | None = None  # Height of vehicles that ``maxheight`` allows, m; None where it gives none
     # Height from road to road where others pass over or under it, m, by a correction; None where there is none
     clearance: float | None = None
+    # How far `geometry` moves the lanes to the left, away from a parallel street, m
+    moved_aside: float = 0.0
 
     def speed_along(self, direction: Direction) -> float | None:
         """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""

@@ -41,7 +41,7 @@ def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:
     """
     lanes = attributes.lanes_ltr
     total = sum(lane.width for lane in lanes)
-    left_edge = attributes.middle_offset + total / 2
+    left_edge = attributes.middle_offset + attributes.moved_aside + total / 2
     if rule is Rule.RIGHT_HAND:
         on_left = sum(lane.direction is Direction.BACKWARD for lane in lanes)
     else:

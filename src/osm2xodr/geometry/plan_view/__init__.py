@@ -14,7 +14,7 @@ from osm2xodr.geometry.plan_view.cuts_outside_bends import (
     trims_clear_of_bends,
 )
 from osm2xodr.geometry.plan_view.ends import StreetEnds, outward_pose, street_ends
-from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
+from osm2xodr.geometry.plan_view.parallel_carriageways import separate_parallel_streets
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
 from osm2xodr.geometry.plan_view.street_smoothing import smooth_streets
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets, outer_lanes
@@ -25,11 +25,11 @@ __all__ = [
     "fit_polylines",
     "fit_streets",
     "has_tight_bend",
-    "narrow_parallel_streets",
     "outer_lanes",
     "outermost_lanes",
     "outward_pose",
     "places_clear_of_bends",
+    "separate_parallel_streets",
     "smooth_streets",
     "street_ends",
     "trims_clear_of_bends",

@@ -61,6 +61,16 @@ NARROWEST_SHARE: Final = 0.7
 # Lanes for cars keep at least this width, m: SUMO closes those below 1.8 m to cars (netconvert,
 # ``opendrive.min-width``). Those of service roads, 2.5 m, still take no more room than `PARALLEL_GAP` leaves.
 NARROWEST_LANE: Final = 1.85
+# Streets move aside and have narrow lanes this far, m, beyond the places that lack room, so that half of a taper fits
+# before these; what lies between such parts and beside them stays as it is if it is so long. Choices.
+SEPARATED_BEYOND: Final = 30.0
+SHORTEST_BETWEEN: Final = 60.0
+# Standard errors, m: of OSM's line against that of a street beside it, of the width of each of several lanes
+# (surveyed lanes of one class differ by so much), and of a carriageway of one lane (quartiles of residential one-way
+# streets are 3.1 and 5.7 m).
+LINE_ERROR: Final = 0.6
+LANE_ERROR: Final = 0.3
+ONE_LANE_ERROR: Final = 1.9
 
 # ---------------------------------------------------------------- junctions
 

@@ -1,0 +1,223 @@
+"""Where streets run side by side with too little room for both, and what each of them should give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.curves import find_record, lengths, pose, ranks, starts
+from osm2xodr.geometry.defaults import (
+    ARM_REACH,
+    ARM_REACH_MOTORWAY,
+    FAST_HIGHWAYS,
+    LEAST_MEDIAN,
+    PARALLEL_GAP,
+    PARALLEL_SINE,
+    PARALLEL_SPACING,
+)
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.streets import FittedStreets
+from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
+
+# Streets side by side lack less than this share of their widths: others lie on each other. A choice.
+_MOST_LACK: Final = 0.5
+# What streets lack less than this is no reason to change them, m; a choice.
+_LEAST_LACK: Final = 0.1
+# Room for rounding where places of two streets are abreast, m, and of shares, %.
+_ABREAST_SLACK: Final = 0.1
+_ROUNDING: Final = 1e-6
+# Where a street in a bend passes another one, places this far apart are compared, m; within half of
+# `PARALLEL_SPACING` the bend turns by less than the angle of this sine (50 degrees). Choices.
+_BEND_SPACING: Final = 1.0
+_BENT_SINE: Final = 0.77
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TightPlaces:
+    """Places along streets at which a parallel street leaves too little room, by piece, then s."""
+
+    street: IntArray  # (n,)
+    piece: IntArray  # (n,) Piece of its street, over all streets
+    s: FloatArray  # (n,) m
+    aside: FloatArray  # (n,) How far it should move to the left, m
+    share: FloatArray  # (n,) Of the width of its lanes that fits where nothing moves
+
+    def rows(self, chosen: slice | IntArray) -> TightPlaces:
+        """Return some of them."""
+        return TightPlaces(*(getattr(self, item.name)[chosen] for item in fields(TightPlaces)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """Places along streets."""
+
+    street: IntArray  # (n,)
+    # (n,) Chainage, position, m, and heading, rad
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    piece: IntArray  # (n,) Piece of its street, over all streets
+
+    def chosen(self, rows: IntArray) -> _Places:
+        """Return some of them."""
+        return _Places(*(getattr(self, item.name)[rows] for item in fields(_Places)))
+
+
+def tight_places(network: StreetNetwork, fitted: FittedStreets) -> TightPlaces:
+    """Find the places along streets at which a parallel street leaves too little room."""
+    plan = fitted.plan_view
+    first = starts([len(pieces) for pieces in fitted.pieces])
+    every = [piece for pieces in fitted.pieces for piece in pieces]
+    begin = np.array([s for s, _, _ in every])
+    sides = _sides(fitted)
+    layer = np.array([attributes.layer for _, attributes, _ in every])
+    length = lengths(plan)
+
+    def places(street: IntArray, s: FloatArray) -> _Places:
+        x, y, hdg = pose(plan, street, s)
+        return _Places(street, s, x, y, hdg, find_record(first, begin, street, s))
+
+    # Places `PARALLEL_SPACING` or a little more apart along all streets.
+    count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
+    street = np.repeat(np.arange(len(length)), count)
+    if len(street) < 2:
+        none, empty = np.zeros(0, np.int64), np.zeros(0)
+        return TightPlaces(none, none, empty, empty, empty)
+    spaced = places(street, (ranks(count) + 0.5) * (length / count)[street])
+    pairs = cKDTree(np.column_stack([spaced.x, spaced.y])).query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
+    one, other = np.ascontiguousarray(pairs.T)
+    apart = (spaced.street[one] != spaced.street[other]) & (layer[spaced.piece[one]] == layer[spaced.piece[other]])
+    one, other = one[apart], other[apart]
+    sine = np.abs(np.sin(spaced.hdg[one] - spaced.hdg[other]))
+    parallel, half = sine < PARALLEL_SINE, sides.edges.max(axis=1)[spaced.piece]
+    distance = np.hypot(spaced.x[one] - spaced.x[other], spaced.y[one] - spaced.y[other])
+    bent = np.flatnonzero(
+        ~parallel & (sine < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
+    )
+    a, b = one[bent], other[bent]
+    bent = bent[~_near_shared_node(network, spaced.street[a], spaced.street[b], spaced.x[a], spaced.y[a])]
+    nearest = _nearest_places(places, length, spaced.chosen(one[bent]), spaced.chosen(other[bent]))
+    found = [
+        _tight(network, p, q, slack, sides)
+        for a, b, slack in (
+            (spaced.chosen(one[parallel]), spaced.chosen(other[parallel]), 0.5 * PARALLEL_SPACING),
+            (*nearest, _BEND_SPACING),
+        )
+        for p, q in ((a, b), (b, a))
+    ]
+    columns = [np.concatenate([getattr(part, item.name) for part in found]) for item in fields(TightPlaces)]
+    return TightPlaces(*columns).rows(np.lexsort((columns[2], columns[1])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sides:
+    """What streets beside a piece of a street want to know of it."""
+
+    edges: FloatArray  # (pieces, 2) Distance of its left and right edge from OSM's line, m
+    half: FloatArray  # (pieces,) Half of its width, m
+    motorway: BoolArray  # (pieces,)
+    # (pieces,) Variances, m2: of OSM's line, of its place among the lanes, and of half of the width
+    of_line: FloatArray
+    of_place: FloatArray
+    of_width: FloatArray
+
+
+def _sides(fitted: FittedStreets) -> _Sides:
+    """Return what streets beside them want to know of all pieces."""
+    every = [piece for pieces in fitted.pieces for piece in pieces]
+    edges = np.array([(section.left_edge, -section.right_edge) for _, _, section in every]).reshape(-1, 2)
+    motorway = np.array([attributes.highway == "motorway" for _, attributes, _ in every], bool)
+    variances = np.array([_variances(attributes) for _, attributes, _ in every]).reshape(-1, 3)
+    return _Sides(edges, edges.mean(axis=1), motorway, *variances.T)
+
+
+def _variances(attributes: StreetAttributes) -> tuple[float, float, float]:
+    """Return the variances of OSM's line, of its place among the lanes, and of half of the width, m2.
+
+    The line of a one-way street with more than two lanes may lie in the middle of those that lead on.
+    """
+    lanes = attributes.lanes_ltr
+    width = defaults.ONE_LANE_ERROR if len(lanes) == 1 else len(lanes) * defaults.LANE_ERROR
+    line = 0.0 if attributes.roundabout else defaults.LINE_ERROR
+    one_way = len(attributes.car_directions()) == 1
+    place = 0.25 * sum(lane.width for lane in lanes[2:]) if one_way else 0.0
+    return line**2, place**2, (0.5 * width) ** 2
+
+
+def _nearest_places(
+    places: Callable[[IntArray, FloatArray], _Places], length: FloatArray, a: _Places, b: _Places
+) -> tuple[_Places, _Places]:
+    """Return where two streets come nearest to each other around places of theirs, if they run side by side there.
+
+    A street in a bend may touch another one between two places that are not abreast.
+    """
+    steps = np.arange(-0.5 * PARALLEL_SPACING, 0.5 * PARALLEL_SPACING + _BEND_SPACING, _BEND_SPACING)
+    around = []
+    for item in (a, b):
+        s = np.clip(item.s[:, None] + steps, 0.0, length[item.street][:, None])
+        around.append(places(np.repeat(item.street, len(steps)), s.ravel()))
+    p, q = around
+    shape = (len(a.s), len(steps))
+    dx = p.x.reshape(shape)[:, :, None] - q.x.reshape(shape)[:, None, :]
+    dy = p.y.reshape(shape)[:, :, None] - q.y.reshape(shape)[:, None, :]
+    nearest = np.argmin((dx * dx + dy * dy).reshape(len(a.s), len(steps) ** 2), axis=1)
+    row = len(steps) * np.arange(len(a.s))
+    p, q = p.chosen(row + nearest // len(steps)), q.chosen(row + nearest % len(steps))
+    parallel = np.flatnonzero(np.abs(np.sin(p.hdg - q.hdg)) < PARALLEL_SINE)
+    return p.chosen(parallel), q.chosen(parallel)
+
+
+def _tight(network: StreetNetwork, a: _Places, b: _Places, slack: float, sides: _Sides) -> TightPlaces:
+    """Return which of places a lie beside places b of other streets, both (n,), with too little room.
+
+    Places are abreast if one is at most `slack` ahead of the other, m.
+    """
+    dx, dy = b.x - a.x, b.y - a.y
+    ds = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
+    dt = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
+    abreast = np.abs(ds) <= slack + _ABREAST_SLACK
+    abreast &= ~_near_shared_node(network, a.street, b.street, a.x, a.y)
+    a, b, dt = a.chosen(np.flatnonzero(abreast)), b.chosen(np.flatnonzero(abreast)), dt[abreast]
+    same_way = np.cos(a.hdg - b.hdg) > 0
+    own = sides.edges[a.piece, np.where(dt > 0, 0, 1)]
+    other = sides.edges[b.piece, np.where((dt > 0) == same_way, 1, 0)]
+    overlap = own + other - np.abs(dt)
+    motorways = sides.motorway[a.piece] & sides.motorway[b.piece] & ~same_way
+    lack = overlap + np.where(motorways, LEAST_MEDIAN, PARALLEL_GAP)
+    beside = (overlap < _MOST_LACK * (own + other)) & (own > 0) & (other > 0)
+    chosen = np.flatnonzero(beside & (lack > _LEAST_LACK))
+    one, two = a.piece[chosen], b.piece[chosen]
+    # Of two carriageways with lanes that OSM's line may leave aside it is the one with more of them.
+    more, less = sides.of_place[one], sides.of_place[two]
+    line, other_line = (
+        sides.of_line[one] + np.where(more >= less, more, 0),
+        sides.of_line[two] + np.where(less >= more, less, 0),
+    )
+    both = sides.of_width[one] + sides.of_width[two]
+    aside = -np.sign(dt[chosen]) * lack[chosen] * line / (line + other_line + both)
+    most = (1.0 - defaults.NARROWEST_SHARE) * sides.half
+    lack = np.maximum(overlap[chosen] + PARALLEL_GAP, 0.0)
+    narrower = np.minimum(np.maximum(lack * sides.of_width[one] / both, lack - most[two]), most[one])
+    share = np.floor(100.0 * (1.0 - narrower / sides.half[one]) + _ROUNDING) / 100.0
+    return TightPlaces(a.street[chosen], one, a.s[chosen], aside, share)
+
+
+def _near_shared_node(
+    network: StreetNetwork, one: IntArray, other: IntArray, x: FloatArray, y: FloatArray
+) -> BoolArray:
+    """Say which places x, y are close to a node at which both streets end: there they are arms of one junction."""
+    xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
+    ends = np.array([(street.start, street.end) for street in network.streets])
+    fast = np.array([any(item.highway in FAST_HIGHWAYS for _, item in street.pieces) for street in network.streets])
+    reach = np.where(fast[one] | fast[other], ARM_REACH_MOTORWAY, ARM_REACH)
+    near = np.zeros(len(one), bool)
+    for p in (0, 1):
+        node = ends[one, p]
+        shared = (node >= 0) & ((node == ends[other, 0]) | (node == ends[other, 1]))
+        near |= shared & (np.hypot(x - xy[node, 0], y - xy[node, 1]) < reach)
+    return near
