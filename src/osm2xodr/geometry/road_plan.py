@@ -26,6 +26,7 @@ from osm2xodr.geometry.connections import (
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
+    set_back_stems,
     swing_out,
     turns_on_the_spot,
     turns_without_need,
@@ -223,6 +224,7 @@ def _with_room_to_turn(
     """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
     # U-turns go round the nose of a median wherever it is.
     trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
+    trim = set_back_stems(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns), trim)
     trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     trim = _within_streets(cut, trim)

@@ -12,6 +12,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_assignment import STRAIGHT_ON
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
+from osm2xodr.geometry.connections.merge_setbacks import set_back_stems
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, clear_overrun_arms
@@ -43,6 +44,7 @@ __all__ = [
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",
+    "set_back_stems",
     "swing_out",
     "turns_on_the_spot",
     "turns_without_need",

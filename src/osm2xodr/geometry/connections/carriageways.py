@@ -33,7 +33,13 @@ from osm2xodr.geometry.connections.defaults import (
     TURNING_RADIUS_ACUTE,
 )
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
-from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
+from osm2xodr.geometry.connections.street_paths import (
+    LEAST_RADIUS_ON_STREET,
+    LanePaths,
+    Poses,
+    follow_streets,
+    hardly_turn,
+)
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -171,6 +177,10 @@ class _Drawing:
         self._rows, self._streets = rows, streets
         self._number = streets.arms[rows]
         self._radius = smallest_radius(plan)[rows]  # Of the direct curves, m
+        # And of what may be drawn instead where the direct curves are no sharper, m
+        self._sharpest = np.where(
+            hardly_turn(plan, rows, streets.lanes.chosen(rows)), LEAST_RADIUS_ON_STREET, LEAST_REDRAWN_RADIUS
+        )
         self._least = 0.0  # What is drawn instead has this radius at least, m, or that of the direct curve
         self._longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan, rows))  # And is no longer than this, m
         self._outside = _outside(plan, rows, streets)  # How far outside the innermost way of their arms, m
@@ -201,7 +211,7 @@ class _Drawing:
         if not len(place):
             return place
         streets, rows, number = self._streets, self._rows[place], self._number[place]
-        smallest = np.maximum(self._least, np.minimum(self._radius[place], LEAST_REDRAWN_RADIUS)) - 1e-9
+        smallest = np.maximum(self._least, np.minimum(self._radius[place], self._sharpest[place])) - 1e-9
         drawn = redraw(chosen_curves(self.plan, rows), streets.lanes.chosen(rows), self._outside[place])
         bad = smallest_radius(drawn) < np.minimum(smallest, enough)
         bad |= (lengths(drawn) > self._longest[place]) | has_kinks(drawn) | detours(drawn)

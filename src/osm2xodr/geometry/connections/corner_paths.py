@@ -28,7 +28,7 @@ from osm2xodr.geometry.connections.defaults import (
     TURNING_RADIUS,
 )
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
-from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on
+from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on, turning
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # A way through a junction that turns to and fro, or by more than this in all, rad (140 degrees), has several corners.
@@ -53,7 +53,9 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
     """Replace those curves, (n,), that stray far from a way through their junction that has several corners."""
     paths = lanes.paths
     # A curve from a place to the same place has no records.
-    rows = np.flatnonzero(_has_several_corners(paths, lanes.streets)[lanes.path] & (np.diff(plan.start) > 0))
+    whole, net = turning(lanes)
+    several = ~paths.on_ring[lanes.path] & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS))
+    rows = np.flatnonzero(several & (np.diff(plan.start) > 0))
     lanes = lanes.chosen(rows)
     if not len(rows):
         return plan
@@ -92,21 +94,6 @@ def _any_above(limit: float, value: FloatArray, lanes: LanePaths) -> BoolArray:
     most = np.full(len(lanes.paths.length), -np.inf)
     np.maximum.at(most, lanes.path, value)
     return most[lanes.path] > limit
-
-
-def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:
-    """Say which paths turn to and fro, or round more than one corner, (paths,)."""
-    h0 = pose(streets, paths.curve, paths.s_from)[2]
-    h1 = pose(streets, paths.curve, paths.s_to)[2]
-    against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
-    owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
-    joint = np.flatnonzero(owner[1:] == owner[:-1])
-    corner = wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
-    turns = np.concatenate([h1 - h0, corner])
-    of = np.concatenate([owner, owner[joint]])
-    whole = np.bincount(of, np.abs(turns), len(paths.length))
-    net = np.abs(np.bincount(of, turns, len(paths.length)))
-    return np.asarray(~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS)))
 
 
 def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, replace_curves, smallest_radius, wrapped
+from osm2xodr.curves import (
+    find_record,
+    heading_change,
+    lengths,
+    pose,
+    ranks,
+    replace_curves,
+    smallest_radius,
+    wrapped,
+)
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
 from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
@@ -25,6 +34,9 @@ _STRAY_ON_RING: Final = 0.25
 _STRAY: Final = 3.0
 # Where that is looked at, as shares of the way.
 _STRAY_SHARES: Final = np.linspace(0.1, 0.9, 9)
+# Where streets part or join at an acute angle, cars do not slow down as at a corner: what is drawn instead of a
+# direct curve has this radius at least, m, or that of the curve. A choice: 60 km/h with 2.3 m/s2.
+LEAST_RADIUS_ON_STREET: Final = 120.0
 # Points of the street that a curve is fitted to are at most this far apart, m; it starts and ends straight over this
 # length, m, so that its headings stay.
 _POINT_SPACING: Final = 2.0
@@ -196,7 +208,8 @@ def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
     if not len(wanted):
         return direct
     followed = _followed(direct, wanted, lanes.chosen(wanted))
-    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], TURNING_RADIUS)
+    sharpest = np.where(hardly_turn(direct, wanted, lanes.chosen(wanted)), LEAST_RADIUS_ON_STREET, TURNING_RADIUS)
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], sharpest)
     return replace_curves(direct, wanted[better], followed, np.flatnonzero(better))
 
 
@@ -238,3 +251,25 @@ def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
         points[place] = np.column_stack([x, y])
         fixed[place] = True
     return fit_polylines(points, start, np.full(len(row), CORNER_RADIUS_OTHER), fixed=fixed).plan_view
+
+
+def turning(lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
+    """Return by how much ways over the streets turn to and fro in all, and from start to end, (n,), rad."""
+    paths, streets = lanes.paths, lanes.streets
+    h0 = pose(streets, paths.curve, paths.s_from)[2]
+    h1 = pose(streets, paths.curve, paths.s_to)[2]
+    against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
+    owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
+    joint = np.flatnonzero(owner[1:] == owner[:-1])
+    corner = wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
+    turns = np.concatenate([h1 - h0, corner])
+    of = np.concatenate([owner, owner[joint]])
+    whole: FloatArray = np.bincount(of, np.abs(turns), len(paths.length)).astype(float)
+    net: FloatArray = np.abs(np.bincount(of, turns, len(paths.length)))
+    return whole[lanes.path], net[lanes.path]
+
+
+def hardly_turn(direct: PlanView, rows: IntArray, lanes: LanePaths) -> BoolArray:
+    """Say which curves hardly turn, nor do their ways over the streets, (rows,): streets part, join or run on."""
+    smooth = (lanes.paths.sharpest[lanes.path] < SMOOTH_CORNER) & (turning(lanes)[0] < 2 * SMOOTH_CORNER)
+    return np.asarray(smooth & (np.abs(heading_change(direct, rows)) < SMOOTH_CORNER))

@@ -1,0 +1,137 @@
+"""Stems of splits and merges are set back until cars shift to their branches at speed."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
+from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.pose_to_pose import connect, tangents
+from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.defaults import SHIFT_SPEED
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.lanes import Stretch
+from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.model import Direction, FloatArray, IntArray, LaneType
+
+# Stems are set back in at most so many rounds, in each by this much at most, m, and by this much at least.
+_ROUNDS: Final = 8
+_MOST_AT_ONCE: Final = 15.0
+_LEAST_AT_ONCE: Final = 0.5
+# Ways that turn by less are no single arc, rad (1 degree). A choice.
+_LEAST_TURN: Final = 0.02
+
+
+def set_back_stems(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, trim: FloatArray
+) -> FloatArray:
+    """Return how much each street end gives to its junction, (ends,), m, from how much it gave before.
+
+    At a split or merge of one-way carriageways all ways of a junction lead from or to one arm, its stem, and hardly
+    turn: cars leave the stem's lanes, or reach them, within the junction. Where that is sharper than they drive at
+    their limit, arms are set back as far as their streets have room: both where one arc lacks tangents, else the
+    stem.
+    """
+    stem = _stems(parts, connecting)
+    speed = _speeds(parts, connecting)
+    rows = np.flatnonzero((stem >= 0) & (speed * 3.6 >= defaults.MERGE_SPEED_KMH - 1e-6))
+    if not len(rows):
+        return trim
+    street_end = parts.street_end()
+    entry, exit_, stem = street_end[connecting.entry[rows]], street_end[connecting.exit[rows]], street_end[stem[rows]]
+    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)[rows]
+    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)[rows]
+    radius = speed[rows] ** 2 / defaults.MERGE_ACCELERATION
+    trim = trim.copy()
+    farthest = np.full(len(trim), defaults.MERGE_BRANCH_MAX)
+    farthest[stem] = defaults.MERGE_SETBACK_MAX
+    most = np.maximum(np.minimum(layout.most, layout.trim + farthest), trim)
+    for _ in range(_ROUNDS):
+        x0, y0, h0 = outward_pose(ends, entry, trim[entry])
+        x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
+        start = x0 - t_in * np.sin(h0), y0 + t_in * np.cos(h0), h0 + np.pi
+        end = x1 - t_out * np.sin(h1), y1 + t_out * np.cos(h1), h1
+        room = most - trim
+        before, behind, in_all = _lacking(start, end, radius, room[entry], room[exit_])
+        give = np.zeros(len(trim))
+        np.maximum.at(give, entry, before)
+        np.maximum.at(give, exit_, behind)
+        np.maximum.at(give, stem, in_all)
+        give = np.minimum(np.minimum(give, _MOST_AT_ONCE), most - trim)
+        if give.max() < _LEAST_AT_ONCE:
+            break
+        trim += give
+    return trim
+
+
+def _lacking(
+    start: Poses, end: Poses, radius: FloatArray, room_in: FloatArray, room_out: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what ways between poses lack of their radius before and behind them, or in all, (n,), m.
+
+    `room_in` and `room_out` are what both arms have.
+    """
+    curves = connect(*start, *end)
+    now = smallest_radius(curves)
+    sharp = now < radius * (1 - 1e-3)
+    before, after = tangents(*start, *end)
+    angle = np.abs(wrapped(end[2] - start[2]))
+    arc = sharp & (before > 0) & (after > 0) & (angle > _LEAST_TURN)
+    # Neither arm gives what is of no use without the other.
+    wanted = np.minimum(radius * np.tan(angle / 2), np.minimum(before + room_in, after + room_out))
+    # The radius of a shift to the side grows with the square of its length.
+    longer = lengths(curves) * (np.sqrt(np.maximum(radius / now, 1.0)) - 1.0)
+    return (
+        np.where(arc, np.maximum(wanted - before, 0.0), 0.0),
+        np.where(arc, np.maximum(wanted - after, 0.0), 0.0),
+        np.where(arc | ~sharp, 0.0, longer),
+    )
+
+
+def _stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
+    """Return of each connecting road the road end that is the stem of its split or merge, (n,), -1 for none."""
+    every = np.arange(len(connecting.length))
+    before = pose(connecting.plan_view, every, np.zeros(len(every)))[2]
+    turn = np.abs(wrapped(pose(connecting.plan_view, every, lengths(connecting.plan_view))[2] - before))
+    cars = connecting.for_vehicles()
+    junctions = int(connecting.junction.max(initial=-1)) + 1
+    sharp = np.zeros(junctions, bool)
+    sharp[connecting.junction[cars & (turn > defaults.MERGE_TURN)]] = True
+    ways = np.bincount(connecting.junction[cars], minlength=junctions)
+    arms = np.column_stack([connecting.entry, connecting.exit])[cars]
+    junction = np.repeat(connecting.junction[cars], 2)
+    many = int(arms.max(initial=0)) + 1
+    keys, count = np.unique(junction * many + arms.ravel(), return_counts=True)
+    of, arm = np.divmod(keys, many)
+    three = np.bincount(of, minlength=junctions) >= 3
+    fast = np.array([_is_carriageway(parts.at_end(end)) for end in arm.tolist()], bool)
+    stem = np.full(junctions, -1, np.int64)
+    in_all = (count == ways[of]) & three[of] & ~sharp[of] & fast
+    stem[of[in_all]] = arm[in_all]
+    return np.where(cars, stem[connecting.junction], -1)
+
+
+def _is_carriageway(stretch: Stretch) -> bool:
+    """Say whether a stretch of road is a carriageway of fast traffic, one-way and without sidewalks."""
+    attributes = stretch.attributes
+    margins = (*attributes.margin_left, *attributes.margin_right)
+    return len(attributes.car_directions()) == 1 and not any(strip.type is LaneType.SIDEWALK for strip in margins)
+
+
+def _speeds(parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
+    """Return how fast cars drive on connecting roads by the limits of their arms, (n,), m/s; 0 if none is known."""
+    limit = np.full((2 * len(parts.length), 2), np.nan)
+    for end in np.unique([connecting.entry, connecting.exit]).tolist():
+        attributes = parts.at_end(end).attributes
+        for way, direction in enumerate((Direction.FORWARD, Direction.BACKWARD)):
+            known = attributes.speed_along(direction)
+            limit[end, way] = np.nan if known is None else known
+    # Cars drive along their road at its end as they come in, and at its start as they go out.
+    speed = np.fmin(
+        limit[connecting.entry, np.where(connecting.entry % 2 == 1, 0, 1)],
+        limit[connecting.exit, np.where(connecting.exit % 2 == 0, 0, 1)],
+    )
+    return np.asarray(np.nan_to_num(np.minimum(speed, SHIFT_SPEED), nan=0.0))
