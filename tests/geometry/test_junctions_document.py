@@ -56,6 +56,8 @@ def module_of(where: str) -> str:
         "pavement/defaults": "osm2xodr.geometry.pavement.defaults",
         "boundaries/defaults": "osm2xodr.geometry.boundaries.defaults",
         "geometry/defaults": "osm2xodr.geometry.defaults",
+        "merge_setbacks": "osm2xodr.geometry.merge_setbacks",
+        "merge_marks": "osm2xodr.geometry.merge_marks",
         "plan_view/defaults": "osm2xodr.geometry.plan_view.defaults",
         "osm2xodr/defaults": "osm2xodr.defaults",
     }[where]
@@ -81,6 +83,7 @@ def numbers(module: str) -> dict[str, float]:
 def modules() -> list[str]:
     folders = [ROOT / "src" / "osm2xodr" / "geometry" / folder for folder in FOLDERS]
     paths = [path for folder in folders for path in sorted(folder.glob("*.py")) if path.name != "__init__.py"]
+    paths += sorted((ROOT / "src" / "osm2xodr" / "geometry").glob("merge_*.py"))
     return [".".join(path.relative_to(ROOT / "src").with_suffix("").parts) for path in paths]
 
 

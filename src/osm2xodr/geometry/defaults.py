@@ -140,3 +140,16 @@ PARALLEL_SPACING: Final = 8.0
 PARALLEL_GAP: Final = 0.2
 # Least distance between the lanes of opposite carriageways of a motorway, m: RAA 2008 has medians of 2.5 m and more.
 LEAST_MEDIAN: Final = 2.5
+
+# ---------------------------------------------------------------- splits and merges
+
+# Junctions whose ways turn by less than this, rad (30 degrees), are splits and merges; where limits are at least so
+# high, km/h, their stems, and other arms, are set back by at most so much, m, and that share of
+# their streets, until cars shift aside with no more
+# than this acceleration, m/s2. Choices; surveyed exit lanes of a motorway part from it over 130 m.
+MERGE_TURN: Final = 0.52
+MERGE_SPEED_KMH: Final = 60.0
+MERGE_SETBACK_MAX: Final = 80.0
+MERGE_BRANCH_MAX: Final = 25.0
+MERGE_SHARE_MAX: Final = 0.35
+MERGE_ACCELERATION: Final = 2.5

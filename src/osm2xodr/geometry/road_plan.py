@@ -26,7 +26,6 @@ from osm2xodr.geometry.connections import (
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
-    set_back_stems,
     swing_out,
     turns_on_the_spot,
     turns_without_need,
@@ -48,6 +47,7 @@ from osm2xodr.geometry.junctions import (
     without_idle_junctions,
 )
 from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
+from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
     LONG_TURN_BACK,

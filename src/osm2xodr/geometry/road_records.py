@@ -29,6 +29,7 @@ from osm2xodr.model import (
     Road,
     RoadLink,
     RoadMap,
+    RoadMark,
     RoadType,
     Rule,
     StreetNetwork,
@@ -150,8 +151,12 @@ def connecting_road_records(
     ids: RoadIds,
     rule: Rule,
     lines: CrossfallLines,
+    marks: Mapping[int, tuple[RoadMark, RoadMark]],
 ) -> list[Road]:
-    """Return the roads through junctions, some on `lines`; those with equal lanes share their lane sections."""
+    """Return the roads through junctions, some on `lines`; those with equal lanes share their lane sections.
+
+    `marks` has those on the inner and the outer edges of lanes, by the roads' indices.
+    """
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
     known: dict[tuple[object, ...], tuple[LaneSection, ...]] = {}
@@ -174,9 +179,10 @@ def connecting_road_records(
         inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
         rest = length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
-        key = own, inner, outermost, rest, widths.get(k)
+        edges = marks.get(k, (NO_MARK, NO_MARK))
+        key = own, inner, outermost, rest, widths.get(k), edges
         if key not in known:
-            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest, widths.get(k))
+            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest, widths.get(k), edges)
         out.append(
             Road(
                 id=ids.connecting(k),
@@ -218,11 +224,13 @@ def _lanes_through(
     speed: float | None,
     access: Access,
     widths: tuple[Cubic, ...] | None,
+    edges: tuple[RoadMark, RoadMark],
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for.
 
     `speed` (m/s) is the limit of its lanes for vehicles; `access` and `widths` are those of the lane that it
-    is for; without the latter its width is blended.
+    is for; without the latter its width is blended. `edges` are the marks on the reference line and on that lane's
+    outer edge.
     """
     side = 1 if own > 0 else -1
     lanes = [
@@ -232,14 +240,15 @@ def _lanes_through(
             widths or (_blend(length, item.entry_width, item.exit_width),),
             item.entry_lane,
             item.exit_lane,
-            NO_MARK,
+            edges[1] if number == abs(own) else NO_MARK,
             speed=speed if item.type in VEHICLE_LANES else None,
             height=item.height,
             access=access if number == abs(own) else Access.ALL,
         )
         for number, item in enumerate(across, start=1)
     ]
-    return (LaneSection(0.0, (_CENTRE_LANE, *lanes) if own < 0 else (*reversed(lanes), _CENTRE_LANE)),)
+    centre = replace(_CENTRE_LANE, road_mark=edges[0])
+    return (LaneSection(0.0, (centre, *lanes) if own < 0 else (*reversed(lanes), centre)),)
 
 
 def with_floor(road_map: RoadMap, first: int, floor: Floor) -> RoadMap:

@@ -26,6 +26,7 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
+from osm2xodr.geometry.merge_marks import merge_marks
 from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
@@ -206,13 +207,14 @@ def _road_map(
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     level = profile_of([() for _ in lanes])
+    marks = merge_marks(parts, plan.connecting, lanes, network.rule)
     roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
             *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule, lines),
+            *connecting_road_records(through, parts, lanes, ids, network.rule, lines, marks),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),

@@ -58,8 +58,9 @@ def test_both_streets_give_by_how_uncertain_they_are(
     apart: float, aside: float, share: float, opposite: bool
 ) -> None:
     found, reported = separated(beside(apart, "width=6", opposite=opposite))
-    assert drawn(found.pieces[0]) == [(0.0, pytest.approx(-aside), pytest.approx(6.0 * share))]
-    assert drawn(found.pieces[1]) == [(0.0, pytest.approx(-aside if opposite else aside), pytest.approx(6.0 * share))]
+    (first,), (second,) = (drawn(pieces) for pieces in found.pieces)
+    assert first == pytest.approx((0.0, -aside, 6.0 * share))
+    assert second == pytest.approx((0.0, -aside if opposite else aside, 6.0 * share))
     assert reported.count("moved-aside") == (2 if aside else 0)
     assert reported.count("lanes-narrowed") == (2 if share < 1.0 else 0)
 
@@ -69,7 +70,8 @@ def test_the_width_of_one_lane_gives_more_than_that_of_several() -> None:
     found, _ = separated(beside(4.7, "oneway=yes lanes=1 width=4", "oneway=yes lanes=2 width=7"))
     ((_, middle, width),), ((_, other_middle, other_width),) = (drawn(pieces) for pieces in found.pieces)
     both = 0.95**2 + 0.3**2
-    assert (-middle, other_middle) == (pytest.approx(0.36 / (0.72 + both), abs=0.01),) * 2
+    assert -middle == pytest.approx(0.36 / (0.72 + both), abs=0.01)
+    assert other_middle == -middle
     narrower = 1.0 - 0.72 / (0.72 + both)
     assert width == pytest.approx(4.0 - 2.0 * narrower * 0.95**2 / both, abs=0.06)
     assert other_width == pytest.approx(7.0 - 2.0 * narrower * 0.3**2 / both, abs=0.12)
@@ -115,9 +117,11 @@ def test_only_what_lies_beside_the_other_street_changes() -> None:
     found, _ = separated(Case(nodes, {1: ("a b", "width=6"), 2: ("c d", "width=6")}))
     reach = 4.0 + defaults.SEPARATED_BEYOND
     first, changed, last = drawn(found.pieces[0])
-    assert first == (0.0, 0.0, pytest.approx(6.0))
-    assert changed == (pytest.approx(184.0 - reach, abs=8.0), pytest.approx(-0.52), pytest.approx(0.95 * 6.0))
-    assert last == (pytest.approx(216.0 + reach, abs=8.0), 0.0, pytest.approx(6.0))
+    assert first == pytest.approx((0.0, 0.0, 6.0))
+    assert changed[0] == pytest.approx(184.0 - reach, abs=8.0)
+    assert changed[1:] == pytest.approx((-0.52, 0.95 * 6.0))
+    assert last[0] == pytest.approx(216.0 + reach, abs=8.0)
+    assert last[1:] == pytest.approx((0.0, 6.0))
 
 
 def three_streets(apart: float, tags: str) -> Case:
@@ -130,7 +134,8 @@ def test_a_street_between_two_others_stays_and_narrows() -> None:
     found, _ = separated(three_streets(4.88, "width=6"))
     left, middle, right = (drawn(pieces)[0] for pieces in found.pieces)
     assert middle[1] == 0.0
-    assert (left[1], right[1]) == (pytest.approx(0.53), pytest.approx(-0.53))
+    assert left[1] == pytest.approx(0.53)
+    assert right[1] == pytest.approx(-0.53)
     # They lack .79 m still, which both give alike.
     assert middle[2] == pytest.approx(0.86 * 6.0)
 

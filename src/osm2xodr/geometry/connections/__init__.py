@@ -12,11 +12,17 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_assignment import STRAIGHT_ON
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
-from osm2xodr.geometry.connections.merge_setbacks import set_back_stems
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, clear_overrun_arms
-from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, detours, legs_through, turns_on_the_spot
+from osm2xodr.geometry.connections.pose_to_pose import (
+    connect,
+    curves_apart,
+    detours,
+    legs_through,
+    tangents,
+    turns_on_the_spot,
+)
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 from osm2xodr.geometry.connections.tighter_ways import draw_tighter
@@ -44,8 +50,8 @@ __all__ = [
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",
-    "set_back_stems",
     "swing_out",
+    "tangents",
     "turns_on_the_spot",
     "turns_without_need",
 ]

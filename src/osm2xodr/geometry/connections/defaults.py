@@ -13,14 +13,6 @@ TURNING_RADIUS: Final = 6.0
 # Smallest radius at corners so acute that a larger one would leave both streets, m: what most cars just manage
 # (turning circles of 11 m and less, DIN 70020, less half of the car).
 TURNING_RADIUS_ACUTE: Final = 4.2
-# Junctions whose ways turn by less than this, rad (30 degrees), are splits and merges; where limits are at least so
-# high, km/h, their stems, and other arms, are set back by at most so much, m, until cars shift aside with no more
-# than this acceleration, m/s2. Choices; surveyed exit lanes of a motorway part from it over 130 m.
-MERGE_TURN: Final = 0.52
-MERGE_SPEED_KMH: Final = 60.0
-MERGE_SETBACK_MAX: Final = 80.0
-MERGE_BRANCH_MAX: Final = 25.0
-MERGE_ACCELERATION: Final = 2.5
 # An arm is set back for its turns by at most this, m. A choice.
 ARM_SETBACK_MAX: Final = 12.0
 # And at acute forks by this, m, until cars turn from one arm into the other round the nose between them. A choice:

@@ -7,15 +7,15 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
-from osm2xodr.geometry.connections import defaults
-from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.pose_to_pose import connect, tangents
-from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.defaults import SHIFT_SPEED
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.connections import ConnectingRoads, connect, tangents
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import Stretch
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import Direction, FloatArray, IntArray, LaneType
+
+Poses = tuple[FloatArray, FloatArray, FloatArray]
+"""x, y, m, and heading, rad, each (n,)."""
 
 # Stems are set back in at most so many rounds, in each by this much at most, m, and by this much at least.
 _ROUNDS: Final = 8
@@ -35,7 +35,7 @@ def set_back_stems(
     their limit, arms are set back as far as their streets have room: both where one arc lacks tangents, else the
     stem.
     """
-    stem = _stems(parts, connecting)
+    stem = merge_stems(parts, connecting)
     speed = _speeds(parts, connecting)
     rows = np.flatnonzero((stem >= 0) & (speed * 3.6 >= defaults.MERGE_SPEED_KMH - 1e-6))
     if not len(rows):
@@ -48,7 +48,8 @@ def set_back_stems(
     trim = trim.copy()
     farthest = np.full(len(trim), defaults.MERGE_BRANCH_MAX)
     farthest[stem] = defaults.MERGE_SETBACK_MAX
-    most = np.maximum(np.minimum(layout.most, layout.trim + farthest), trim)
+    most = np.minimum(np.minimum(layout.most, layout.trim + farthest), defaults.MERGE_SHARE_MAX * ends.length)
+    most = np.maximum(most, trim)
     for _ in range(_ROUNDS):
         x0, y0, h0 = outward_pose(ends, entry, trim[entry])
         x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
@@ -91,7 +92,7 @@ def _lacking(
     )
 
 
-def _stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
+def merge_stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
     """Return of each connecting road the road end that is the stem of its split or merge, (n,), -1 for none."""
     every = np.arange(len(connecting.length))
     before = pose(connecting.plan_view, every, np.zeros(len(every)))[2]
@@ -134,4 +135,4 @@ def _speeds(parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
         limit[connecting.entry, np.where(connecting.entry % 2 == 1, 0, 1)],
         limit[connecting.exit, np.where(connecting.exit % 2 == 0, 0, 1)],
     )
-    return np.asarray(np.nan_to_num(np.minimum(speed, SHIFT_SPEED), nan=0.0))
+    return np.asarray(np.nan_to_num(np.minimum(speed, defaults.SHIFT_SPEED), nan=0.0))
