@@ -136,7 +136,7 @@ def test_lanes_lie_where_they_would_lie_without_it() -> None:
             assert link is not None
             touched = measures.at_end(by_id[link.id], bool(link.at_start))[0]
             assert measures.at_end(path, at_start)[0].gap(touched) < 1e-6
-        wanted = [edge_points(others, other, share / 400) for share in range(401)]
+        wanted = [edge_points(others, other, share / 2000) for share in range(2001)]
         for share in range(21):
             for side, place in enumerate(edge_points(measures, path, share / 20)):
                 assert min(place.gap(points[side]) for points in wanted) < 0.06

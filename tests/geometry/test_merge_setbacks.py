@@ -67,16 +67,21 @@ def test_no_stem_gives_more_than_is_wanted_at_a_lower_limit() -> None:
     assert sharpest(slow) >= 0.95 * wanted(70)
 
 
-@pytest.mark.parametrize(
-    "stem",
-    [
-        "highway=trunk oneway=no lanes=4 maxspeed=100",
-        "highway=trunk oneway=yes lanes=2 maxspeed=100 sidewalk=right",
-    ],
-)
-def test_stems_with_other_traffic_stay(stem: str) -> None:
-    """Cars come the other way, or people walk along it."""
-    assert length_of(built(split(stem=stem)), 1) > 370.0
+def test_two_way_stems_stay() -> None:
+    assert length_of(built(split(stem="highway=trunk oneway=no lanes=4 maxspeed=100")), 1) > 370.0
+
+
+def test_no_way_is_swallowed() -> None:
+    """The last 45 m of the stem are a way of their own."""
+    case = split()
+    nodes, ways = (
+        {**case.nodes, "v": (-45.0, 0.0)},
+        {**case.ways, 1: ("w v", _FAST), 4: ("v o", _FAST + " bridge=no")},
+    )
+    roads = built(Case(nodes, ways))
+    (stem,) = (road for road in roads.roads if 4 in road.osm_way_ids)
+    assert stem.osm_way_ids == (1, 4)
+    assert length_of(roads, 1) == pytest.approx(355.0 + defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS, abs=0.1)
 
 
 def test_a_short_street_gives_what_it_has() -> None:

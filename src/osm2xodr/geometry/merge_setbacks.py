@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -10,9 +11,8 @@ from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, connect, tangents
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
-from osm2xodr.geometry.lanes import Stretch
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
-from osm2xodr.model import Direction, FloatArray, IntArray, LaneType
+from osm2xodr.model import Direction, FloatArray, IntArray
 
 Poses = tuple[FloatArray, FloatArray, FloatArray]
 """x, y, m, and heading, rad, each (n,)."""
@@ -49,7 +49,7 @@ def set_back_stems(
     farthest = np.full(len(trim), defaults.MERGE_BRANCH_MAX)
     farthest[stem] = defaults.MERGE_SETBACK_MAX
     most = np.minimum(np.minimum(layout.most, layout.trim + farthest), defaults.MERGE_SHARE_MAX * ends.length)
-    most = np.maximum(most, trim)
+    most = np.maximum(np.minimum(most, _first_ways(parts) - defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS), trim)
     for _ in range(_ROUNDS):
         x0, y0, h0 = outward_pose(ends, entry, trim[entry])
         x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
@@ -108,18 +108,22 @@ def merge_stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
     keys, count = np.unique(junction * many + arms.ravel(), return_counts=True)
     of, arm = np.divmod(keys, many)
     three = np.bincount(of, minlength=junctions) >= 3
-    fast = np.array([_is_carriageway(parts.at_end(end)) for end in arm.tolist()], bool)
+    one_way = np.array([len(parts.at_end(end).attributes.car_directions()) == 1 for end in arm.tolist()], bool)
     stem = np.full(junctions, -1, np.int64)
-    in_all = (count == ways[of]) & three[of] & ~sharp[of] & fast
+    in_all = (count == ways[of]) & three[of] & ~sharp[of] & one_way
     stem[of[in_all]] = arm[in_all]
     return np.where(cars, stem[connecting.junction], -1)
 
 
-def _is_carriageway(stretch: Stretch) -> bool:
-    """Say whether a stretch of road is a carriageway of fast traffic, one-way and without sidewalks."""
-    attributes = stretch.attributes
-    margins = (*attributes.margin_left, *attributes.margin_right)
-    return len(attributes.car_directions()) == 1 and not any(strip.type is LaneType.SIDEWALK for strip in margins)
+def _first_ways(parts: RoadParts) -> FloatArray:
+    """Return how far the first OSM way reaches from each street end, (ends,), m: its tags must not get lost."""
+    length = lengths(parts.fitted.plan_view)
+    out = np.repeat(length, 2)
+    for street, pieces in enumerate(parts.fitted.pieces):
+        borders = [s for (_, one, _), (s, two, _) in pairwise(pieces) if one.osm_way_id != two.osm_way_id]
+        if borders:
+            out[2 * street], out[2 * street + 1] = borders[0], length[street] - borders[-1]
+    return out
 
 
 def _speeds(parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
