@@ -81,7 +81,7 @@ def test_no_way_is_swallowed() -> None:
     roads = built(Case(nodes, ways))
     (stem,) = (road for road in roads.roads if 4 in road.osm_way_ids)
     assert stem.osm_way_ids == (1, 4)
-    assert length_of(roads, 1) == pytest.approx(355.0 + defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS, abs=0.1)
+    assert length_of(roads, 1) == pytest.approx(400.0 - 45.0 * defaults.MERGE_SHARE_MAX, abs=0.1)
 
 
 def test_a_short_street_gives_what_it_has() -> None:

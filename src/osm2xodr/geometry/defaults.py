@@ -145,7 +145,7 @@ LEAST_MEDIAN: Final = 2.5
 
 # Junctions whose ways turn by less than this, rad (30 degrees), are splits and merges; where limits are at least so
 # high, km/h, their stems, and other arms, are set back by at most so much, m, and that share of
-# their streets, until cars shift aside with no more
+# their OSM ways, until cars shift aside with no more
 # than this acceleration, m/s2. Choices; surveyed exit lanes of a motorway part from it over 130 m.
 MERGE_TURN: Final = 0.52
 MERGE_SPEED_KMH: Final = 60.0

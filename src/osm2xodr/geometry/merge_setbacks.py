@@ -48,8 +48,8 @@ def set_back_stems(
     trim = trim.copy()
     farthest = np.full(len(trim), defaults.MERGE_BRANCH_MAX)
     farthest[stem] = defaults.MERGE_SETBACK_MAX
-    most = np.minimum(np.minimum(layout.most, layout.trim + farthest), defaults.MERGE_SHARE_MAX * ends.length)
-    most = np.maximum(np.minimum(most, _first_ways(parts) - defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS), trim)
+    farthest = np.minimum(layout.trim + farthest, defaults.MERGE_SHARE_MAX * _first_ways(parts))
+    most = np.maximum(np.minimum(layout.most, farthest), trim)
     for _ in range(_ROUNDS):
         x0, y0, h0 = outward_pose(ends, entry, trim[entry])
         x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
@@ -116,7 +116,7 @@ def merge_stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
 
 
 def _first_ways(parts: RoadParts) -> FloatArray:
-    """Return how far the first OSM way reaches from each street end, (ends,), m: its tags must not get lost."""
+    """Return how long the OSM way at each street end is, (ends,), m."""
     length = lengths(parts.fitted.plan_view)
     out = np.repeat(length, 2)
     for street, pieces in enumerate(parts.fitted.pieces):
