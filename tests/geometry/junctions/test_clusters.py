@@ -65,6 +65,20 @@ def test_a_bridge_between_two_junctions_stays_a_road() -> None:
     assert not layout.inner.any()
 
 
+@pytest.mark.parametrize(
+    ("around", "between", "junctions"),
+    [
+        ("bridge=yes layer=1", "bridge=yes layer=1", 1),
+        ("tunnel=yes layer=-1", "tunnel=yes layer=-1", 1),
+        ("layer=-1", "tunnel=yes layer=-1", 2),
+    ],
+)
+def test_nodes_join_within_one_bridge_or_tunnel(around: str, between: str, junctions: int) -> None:
+    layout = two_ts(10.0, around, between).stages().layout
+    assert len(layout.arms) == junctions
+    assert int(layout.inner.sum()) == 2 - junctions
+
+
 def dual_carriageway(apart: float, name: str = "Main") -> Case:
     """Make a street, ways 5 to 7, across two carriageways; the northern one has a name of its own."""
     nodes = {"w": (-90.0, 0.0), "a": (0.0, 0.0), "e": (90.0, 0.0), "s": (0.0, -90.0)}

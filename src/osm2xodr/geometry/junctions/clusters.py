@@ -79,9 +79,9 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
     dead_end = at_junction[a] != at_junction[b]
     tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
     via, median = restricted(network, ends), between_carriageways(network, ends)
-    # Bridges and tunnels stay, unless they are very short, or all around is on one deck.
+    # Bridges and tunnels stay, unless they are very short, or all around is on one deck or in one tunnel.
     kept = ends.raised | (ends.layer != 0)
-    mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE) | _on_one_deck(ends)
+    mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE) | _on_one_structure(ends)
     needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET)
     corrected = read_node_corrections(network, ends)
     stub = dead_end & (length < _LONGEST_STUB)
@@ -169,15 +169,15 @@ def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds
     return replace(ends, reach=np.where(on_the_spot, _ARM_REACH_TURN, ends.reach))
 
 
-def _on_one_deck(ends: StreetEnds) -> BoolArray:
-    """Say which streets lie on a bridge as all arms of the nodes at both ends do, (streets,). Tubes have walls."""
-    on = ends.raised & (ends.layer > 0)
+def _on_one_structure(ends: StreetEnds) -> BoolArray:
+    """Say which streets lie on a bridge or in a tunnel as all arms of the nodes at both ends do, (streets,)."""
+    on = ends.raised
     at = np.flatnonzero(ends.node >= 0)
     # The last one stands for ends without a node.
     off = np.ones(int(ends.node.max(initial=-1)) + 2, bool)
     off[ends.node[at]] = False
     off[ends.node[at[~on[at]]]] = True
-    # Decks above each other meet nowhere.
+    # Levels above each other meet nowhere.
     layer = ends.layer.reshape(-1, 2)
     out: BoolArray = ~off[ends.node].reshape(-1, 2).any(1) & (layer[:, 0] == layer[:, 1])
     return out
