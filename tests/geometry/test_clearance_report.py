@@ -57,6 +57,30 @@ def test_bridge_passes_over_a_road_and_over_a_junction(tmp_path: Path, fork: flo
     assert road_map.statistics["layer_crossings_too_close"] == 0.0
 
 
+def test_junction_passes_below_a_street_as_its_ways_do_though_an_arm_is_a_bridge(tmp_path: Path) -> None:
+    # A viaduct comes down into a tunnel and merges there with a ramp that runs beside it; a street passes over both.
+    lanes = "highway=trunk oneway=yes lanes=2 width=6"
+    nodes = {1: (-400.0, 5.9), 2: (-75.0, 5.9), 3: (-68.0, 5.85), 4: (-60.0, 5.7), 5: (0.0, 0.0), 6: (-400.0, -20.0)}
+    nodes |= {7: (-200.0, 0.0), 8: (-60.0, 0.0), 9: (200.0, 0.0), 10: (500.0, 0.0)}
+    nodes |= {11: (-35.0, -200.0), 12: (-35.0, 200.0)}
+    ways = {
+        20: ([1, 2, 3], f"{lanes} bridge=yes layer=1"),
+        21: ([3, 4], lanes),
+        22: ([4, 5], f"{lanes} tunnel=yes layer=-1"),
+        23: ([6, 7, 8], lanes),
+        24: ([8, 5], f"{lanes} tunnel=yes layer=-1"),
+        25: ([5, 9], f"{lanes} tunnel=yes layer=-2"),
+        26: ([9, 10], lanes),
+        27: ([11, 12], "highway=primary oneway=yes lanes=2"),
+    }
+    road_map, diagnostics, result = built(Area(nodes, ways), tmp_path, LEVEL)
+    assert about(diagnostics, "clearance") == []
+    assert result.findings == ()
+    assert road_map.statistics["layer_crossings"] == 1.0
+    # Of both ramps: 5.2 m over 200 m, and the crests at both ends.
+    assert road_map.statistics["grade_max"] < 0.05
+
+
 def test_sign_on_the_road_below_a_bridge_counts(tmp_path: Path) -> None:
     low, high = (replace_way(crossing(BRIDGE), 10, f"{ROAD} maxheight={text}") for text in ("3.5", "6.3"))
     gaps = []

@@ -12,7 +12,14 @@ from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.heights import ConnectorProblem, KnownHeights, ProfileProblem, ProfileSolution, end_state
+from osm2xodr.geometry.heights import (
+    ConnectorProblem,
+    KnownHeights,
+    LevelsInside,
+    ProfileProblem,
+    ProfileSolution,
+    end_state,
+)
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
@@ -147,6 +154,47 @@ def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
         half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2 + aside,
         beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.lane_type], bool),
     )
+
+
+def levels_inside(connecting: ConnectingRoads, parts: RoadParts) -> LevelsInside | None:
+    """Return the levels along connecting roads between arms whose streets change theirs within the junction.
+
+    None where none does. A connecting road has those of the ways on which its arms would go on to their nodes.
+    """
+    several = np.array([len({_level(item) for _, item, _ in pieces}) > 1 for pieces in parts.fitted.pieces], bool)
+    street = parts.street[np.stack([connecting.entry, connecting.exit]) // 2]
+    rows: list[tuple[int, float, int, int]] = []
+    for k in np.flatnonzero(several[street].any(axis=0)).tolist():
+        entry, exit_ = (_way_inside(parts, int(arms[k])) for arms in (connecting.entry, connecting.exit))
+        if all(len({level for _, level in way}) == 1 for way in (entry, exit_)):
+            continue
+        # Both ways, from the arms to their nodes, in the length that there is.
+        length = float(connecting.length[k])
+        scale = length / max(entry[-1][0] + exit_[-1][0], _SHORTEST)
+        begin = [0.0, *(u * scale for u, _ in entry[:-1])]
+        rows += [(k, s, *level) for s, (_, level) in zip(begin, entry, strict=True)]
+        rows += [(k, length - u * scale, *level) for u, level in exit_[::-1]]
+    if not rows:
+        return None
+    connector, s, structure, layer = np.array(rows).T
+    return LevelsInside(connector.astype(np.int64), s, structure.astype(np.int64), layer.astype(np.int64))
+
+
+def _way_inside(parts: RoadParts, end: int) -> list[tuple[float, tuple[int, int]]]:
+    """Return the levels of a street between a road end and the node there: how far from the end each goes, m."""
+    road, street = end // 2, int(parts.street[end // 2])
+    pieces = parts.fitted.pieces[street]
+    to = [*(s for s, _, _ in pieces[1:]), float(lengths(parts.fitted.plan_view, np.array([street]))[0])]
+    cut = float(parts.end[road] if end % 2 else parts.begin[road])
+    if end % 2:
+        way = [(s - cut, _level(item)) for s, (_, item, _) in zip(to, pieces, strict=True) if s > cut]
+    else:
+        way = [(cut - s, _level(item)) for s, item, _ in pieces[::-1] if s < cut]
+    return way or [(0.0, _level(pieces[-1 if end % 2 else 0][1]))]
+
+
+def _level(attributes: StreetAttributes) -> tuple[int, int]:
+    return attributes.structure.value, attributes.layer
 
 
 def too_steep_corners(corners: ConnectingRoads, solution: ProfileSolution) -> BoolArray:

@@ -32,6 +32,7 @@ from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
     build_profile_problem,
+    levels_inside,
     report_lost_corrections,
     too_steep_corners,
 )
@@ -169,7 +170,8 @@ def _pose_heights(
 ) -> tuple[ProfileProblem, Borders | None]:
     """Ask for the heights of all roads; those at borders are known, which come with them."""
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
-    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
+    inside = levels_inside(plan.connecting, plan.parts)
+    problem = replace(problem, connectors=replace(build_connector_problem(plan.connecting), inside=inside))
     report_lost_corrections(network, problem, diagnostics)
     if neighbourhood is None:
         return problem, None

@@ -9,8 +9,9 @@ import pytest
 from elevation_helpers import RoadSpec, connector_between, make_problem, straight
 
 from osm2xodr.geometry.heights import ProfileProblem
-from osm2xodr.geometry.heights.crossings import Crossings, Order, connector_spans, find_crossings
+from osm2xodr.geometry.heights.crossings import Crossings, Order, find_crossings
 from osm2xodr.geometry.heights.elements import build_elements, number_unknowns
+from osm2xodr.geometry.heights.problem import connector_spans
 
 
 def crossings(roads: list[RoadSpec], junctions: list[tuple[float, float]] = []) -> Crossings:  # noqa: B006

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,6 +54,9 @@ def star(
         layer=np.zeros(ends, np.int64) if layers is None else np.repeat(layers, 2),
         aside=np.zeros(ends),
         lines=plan,
+        piece_start=np.arange(n + 1),
+        piece_s=np.zeros(n),
+        piece_level=np.zeros(n, np.int64) if layers is None else 3 * np.array(layers),
     )
 
 
@@ -158,3 +162,20 @@ def test_an_arm_that_comes_close_again_far_out_is_another_place(away: float, cro
     """A street of 6 m crosses the arm, whose edges would meet it 2.7 m before its line."""
     bare, _ = taken(star([(0.0, 2.0), (90.0, 3.0)], starts=[(0.0, 0.0), (away, -16.0)]))
     assert bare[0] == pytest.approx(away + 3.0 + FREE if crossed else CLEARANCE, abs=0.02)
+
+
+# Two streets of 6 m side by side reach into each other by 0.1 m or 0.4 m; from somewhere on one of them is a bridge.
+@pytest.mark.parametrize(
+    ("apart", "bridge", "taken_m"), [(5.9, 30.0, 30.5), (5.9, 20.0, 26.0), (5.9, 300.0, 40.5), (5.6, 30.0, 40.5)]
+)
+def test_arms_side_by_side_end_where_one_comes_to_another_level(apart: float, bridge: float, taken_m: float) -> None:
+    ends = star([(0.0, 3.0), (0.0, 3.0)], starts=[(0.0, 0.0), (0.0, apart)])
+    places, levels = np.array([0.0, 0.0, bridge]), np.array([0, 0, 4])
+    ends = replace(ends, piece_start=np.array([0, 1, 3]), piece_s=places, piece_level=levels)
+    bare, _ = taken(ends)
+    assert bare == pytest.approx([taken_m, taken_m], abs=0.6)
+
+
+def test_levels_that_differ_from_the_node_on_part_no_arms() -> None:
+    ends = star([(0.0, 3.0), (0.0, 3.0)], starts=[(0.0, 0.0), (0.0, 5.9)], layers=[0, 1], nodes=[0, 0])
+    assert taken(ends)[0] == pytest.approx([40.5, 40.5], abs=0.01)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
-from osm2xodr.geometry.heights.crossings import curve_spans, levels_at
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
 from osm2xodr.geometry.heights.part import chosen_roads
@@ -11,9 +10,12 @@ from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ElevationOptions,
     KnownHeights,
+    LevelsInside,
     Pins,
     ProfileProblem,
     ProfileSolution,
+    curve_spans,
+    levels_at,
     one_way_fast_ends,
     parse_grade_limits,
     wanted_clearances,
@@ -27,6 +29,7 @@ __all__ = [
     "ElevationOptions",
     "Ground",
     "KnownHeights",
+    "LevelsInside",
     "Pins",
     "ProfileProblem",
     "ProfileSolution",

@@ -21,9 +21,10 @@ from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ProfileProblem,
-    end_spans,
-    span_at,
+    curve_spans,
+    level_numbers,
     span_sides,
+    structures_at,
     wanted_clearances,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
@@ -65,27 +66,6 @@ class Carriageways:
         return self.corners[:, :2].mean(axis=1), self.corners[:, 2:].mean(axis=1)
 
 
-def connector_spans(problem: ProfileProblem, *, far: bool = False) -> IntArray:
-    """Return the span of each connecting road, (C,): the one at its ends that is closer to the ground, or `far`."""
-    connectors = problem.connectors
-    if connectors is None:
-        return np.zeros(0, np.int64)
-    spans = end_spans(problem).ravel()
-    entry, exit_ = spans[connectors.start_end], spans[connectors.end_end]
-    height = 2 * np.abs(problem.span_layer) + (problem.span_structure != Structure.GROUND)
-    return np.where((height[exit_] < height[entry]) ^ far, exit_, entry)
-
-
-def curve_spans(problem: ProfileProblem, curve: IntArray, s: FloatArray, *, far: bool = False) -> IntArray:
-    """Return the span that holds at s of curves, both (n,); `far` is that of `connector_spans`."""
-    roads = len(problem.end_junction)
-    out = np.zeros(len(curve), np.int64)
-    plain = curve < roads
-    out[plain] = span_at(problem, curve[plain], s[plain])
-    out[~plain] = connector_spans(problem, far=far)[curve[~plain] - roads]
-    return out
-
-
 def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     """Cut the carriageways of all roads and connecting roads into pieces."""
     connectors = problem.connectors
@@ -103,10 +83,10 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
         across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
         ends += [np.column_stack([x, y]) + (middle + side * half)[:, None] * across for side in (-1.0, 1.0)]
     corners = np.stack([ends[0], ends[1], ends[3], ends[2]], axis=1)
-    level = _levels(problem.span_structure, problem.span_layer)
-    structure, layer = problem.span_structure[span], problem.span_layer[span]
-    far = level[curve_spans(problem, curve, s, far=True)]
-    return Carriageways(curve, s, corners, 2 * half, structure, layer, level[span], far)
+    structure, layer = structures_at(problem, curve, s)
+    far = curve_spans(problem, curve, s, far=True)
+    far_level = level_numbers(problem.span_structure[far], problem.span_layer[far])
+    return Carriageways(curve, s, corners, 2 * half, structure, layer, level_numbers(structure, layer), far_level)
 
 
 def _across(
@@ -280,19 +260,6 @@ def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
     place = np.concatenate([one.place, other.place + one.place.max(initial=-1) + 1])
     both = _Pairs(*(np.concatenate([getattr(pairs, item.name) for pairs in (one, other)]) for item in fields(_Pairs)))
     return replace(both, place=place)
-
-
-def _levels(structure: IntArray, layer: IntArray) -> IntArray:
-    """Return numbers for levels, (n,): by layer, and in one layer bridges above the ground above tunnels."""
-    rank = np.zeros(int(Structure.TUNNEL) + 1, np.int64)
-    rank[Structure.BRIDGE], rank[Structure.TUNNEL] = 1, -1
-    return np.asarray(3 * layer + rank[structure], np.int64)
-
-
-def levels_at(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
-    """Return numbers for the levels that curves are on at s, (n,): the higher number passes over the lower one."""
-    span = curve_spans(problem, curve, s)
-    return _levels(problem.span_structure[span], problem.span_layer[span])
 
 
 def _places(ways: Carriageways, pairs: _Pairs) -> _Pairs:

@@ -15,7 +15,7 @@ from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK, GRADE_MAX
-from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule
+from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule, Structure
 
 # Classes that the defaults leave to the value for all others.
 _OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
@@ -142,9 +142,10 @@ class ConnectorProblem:
     end_t: FloatArray
     half_width: FloatArray  # (C,) Half the width of the carriageway, m
     beside: BoolArray | None = None  # (C,) Those beside the carriageway, which follow its surface
+    inside: LevelsInside | None = None  # Where the ways in junctions change their level
 
     def chosen(self, row: IntArray) -> ConnectorProblem:
-        """Return some of them."""
+        """Return some of them; `row` ascends."""
         return ConnectorProblem(
             chosen_curves(self.plan_view, row),
             self.junction[row],
@@ -154,7 +155,25 @@ class ConnectorProblem:
             self.end_t[row],
             self.half_width[row],
             None if self.beside is None else self.beside[row],
+            None if self.inside is None else self.inside.chosen(row),
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LevelsInside:
+    """Levels along connecting roads that take the place of ways which change theirs, in order of these and of s."""
+
+    connector: IntArray  # (n,) Number of the connecting road
+    s: FloatArray  # (n,) Where it begins along it, m; it holds to the next one
+    # (n,) `Structure` values and OSM's ``layer``
+    structure: IntArray
+    layer: IntArray
+
+    def chosen(self, row: IntArray) -> LevelsInside:
+        """Return those of some connecting roads, with their new numbers; `row` ascends."""
+        k = np.flatnonzero(np.isin(self.connector, row))
+        number = np.searchsorted(row, self.connector[k])
+        return LevelsInside(number, self.s[k], self.structure[k], self.layer[k])
 
 
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
@@ -191,6 +210,53 @@ def span_roads(problem: ProfileProblem) -> IntArray:
     """Return the road of each span, (K,)."""
     counts = np.diff(problem.span_start)
     return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+
+
+def connector_spans(problem: ProfileProblem, *, far: bool = False) -> IntArray:
+    """Return the span of each connecting road, (C,): the one at its ends that is closer to the ground, or `far`."""
+    connectors = problem.connectors
+    if connectors is None:
+        return np.zeros(0, np.int64)
+    spans = end_spans(problem).ravel()
+    entry, exit_ = spans[connectors.start_end], spans[connectors.end_end]
+    height = 2 * np.abs(problem.span_layer) + (problem.span_structure != Structure.GROUND)
+    return np.where((height[exit_] < height[entry]) ^ far, exit_, entry)
+
+
+def curve_spans(problem: ProfileProblem, curve: IntArray, s: FloatArray, *, far: bool = False) -> IntArray:
+    """Return the span that holds at s of curves, both (n,); `far` is that of `connector_spans`."""
+    roads = len(problem.end_junction)
+    out = np.zeros(len(curve), np.int64)
+    plain = curve < roads
+    out[plain] = span_at(problem, curve[plain], s[plain])
+    out[~plain] = connector_spans(problem, far=far)[curve[~plain] - roads]
+    return out
+
+
+def structures_at(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the structure and the layer that curves have at s, (n,): connecting roads those of the ways there."""
+    span = curve_spans(problem, curve, s)
+    structure, layer = problem.span_structure[span], problem.span_layer[span]
+    inside = None if problem.connectors is None else problem.connectors.inside
+    if inside is not None:
+        number = curve - len(problem.end_junction)
+        known = np.flatnonzero(np.isin(number, inside.connector))
+        start = np.searchsorted(inside.connector, np.arange(number.max(initial=-1) + 2))
+        at = find_record(start, inside.s, number[known], s[known])
+        structure[known], layer[known] = inside.structure[at], inside.layer[at]
+    return structure, layer
+
+
+def level_numbers(structure: IntArray, layer: IntArray) -> IntArray:
+    """Return numbers for levels, (n,): by layer, and in one layer bridges above the ground above tunnels."""
+    rank = np.zeros(int(Structure.TUNNEL) + 1, np.int64)
+    rank[Structure.BRIDGE], rank[Structure.TUNNEL] = 1, -1
+    return np.asarray(3 * layer + rank[structure], np.int64)
+
+
+def levels_at(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return numbers for the levels that curves are on at s, (n,): the higher number passes over the lower one."""
+    return level_numbers(*structures_at(problem, curve, s))
 
 
 def wanted_clearances(problem: ProfileProblem, upper: IntArray, lower: IntArray) -> tuple[FloatArray, IntArray]:

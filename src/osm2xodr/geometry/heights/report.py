@@ -9,9 +9,9 @@ import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings, curve_spans
+from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Elements, Network, element_at
-from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import (
     BoolArray,

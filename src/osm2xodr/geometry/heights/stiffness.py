@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import runs
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings, curve_spans
+from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Network,
@@ -20,7 +20,7 @@ from osm2xodr.geometry.heights.elements import (
     end_poses,
     tension_matrices,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # A structure goes on over a junction where the cosine of the angle between two arms is below this (30 degrees).

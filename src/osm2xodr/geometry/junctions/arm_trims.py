@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import wrapped
+from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
@@ -24,6 +25,11 @@ _NEAR_THE_LAST: Final = 1.0
 _STATIONS_BEFORE_A_LOOK: Final = (10, 25)
 # Edges count as apart from this distance on, m. A choice.
 _GAP_BETWEEN_EDGES: Final = 0.3
+# Arms that run along each other lie side by side up to here, m, where one of them has come to another level: widths
+# are not known better.
+_OVERLAP_OF_LEVELS: Final = 0.2
+# Nearer to the node than this, m, no height is won: all levels are one there.
+_LEVELS_PART_FROM: Final = 25.0
 # An edge that has not reached the other arm up to here, m, never does: arms that come close again farther out are
 # other places. A choice.
 _FIRST_ENTRY: Final = 12.0
@@ -98,6 +104,8 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
     one, other = number[: len(i)], number[len(i) :]
     x, y, hdg = _samples(ends, used, stations)
     cos, sin = np.cos(hdg), np.sin(hdg)
+    level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used))).reshape(x.shape)
+    changed = (level != level[:, :1]) & (stations > _LEVELS_PART_FROM)
     cover, across = np.zeros(len(i)), np.zeros(len(i))
     for edge in (ends.left[used], ends.right[used]):
         px, py = x - edge[:, None] * sin, y + edge[:, None] * cos
@@ -113,7 +121,10 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
             dx, dy = qx - x[at], qy - y[at]
             ds = dx * cos[at] + dy * sin[at]
             dt = dy * cos[at] - dx * sin[at]
-            off = np.maximum(dt - ends.left[j[todo], None], ends.right[j[todo], None] - dt) - _GAP_BETWEEN_EDGES
+            apart = (level[a, lo:hi] != level[at]) & (changed[a, lo:hi] | changed[at])
+            apart &= np.abs(sin[a, lo:hi] * cos[at] - cos[a, lo:hi] * sin[at]) < PARALLEL_SINE
+            gap = np.where(apart, -_OVERLAP_OF_LEVELS, _GAP_BETWEEN_EDGES)
+            off = np.maximum(dt - ends.left[j[todo], None], ends.right[j[todo], None] - dt) - gap
             behind = ((found == 0) & (ds < -1e-6)) | ((found == len(stations) - 1) & (ds > 1.0))
             near[todo, lo:hi] = found
             outside[todo, lo:hi] = np.where(behind, np.maximum(off, 0.1), off)

@@ -170,7 +170,10 @@ def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds
 
 
 def _on_one_structure(ends: StreetEnds) -> BoolArray:
-    """Say which streets lie on a bridge or in a tunnel as all arms of the nodes at both ends do, (streets,)."""
+    """Say which streets lie on a bridge or in a tunnel as all arms of the nodes at both ends do, (streets,).
+
+    Not those of roundabouts: their arms come from different heights.
+    """
     on = ends.raised
     at = np.flatnonzero(ends.node >= 0)
     # The last one stands for ends without a node.
@@ -179,7 +182,7 @@ def _on_one_structure(ends: StreetEnds) -> BoolArray:
     off[ends.node[at[~on[at]]]] = True
     # Levels above each other meet nowhere.
     layer = ends.layer.reshape(-1, 2)
-    out: BoolArray = ~off[ends.node].reshape(-1, 2).any(1) & (layer[:, 0] == layer[:, 1])
+    out: BoolArray = ~off[ends.node].reshape(-1, 2).any(1) & (layer[:, 0] == layer[:, 1]) & ~_on_ring(ends)
     return out
 
 

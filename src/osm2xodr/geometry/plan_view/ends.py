@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, starts, sum_before
+from osm2xodr.curves import find_record, lengths, pose, starts, sum_before
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
@@ -39,6 +39,16 @@ class StreetEnds:
     layer: IntArray
     aside: FloatArray  # (ends,) How far left of the line of OSM, in the outward direction, the end's curve lies, m
     lines: PlanView  # OSM's lines of the streets
+    # (streets + 1,) Where the pieces of each street begin; (pieces,) where each begins along it, m, and its level:
+    # equal numbers for equal layers and structures
+    piece_start: IntArray
+    piece_s: FloatArray
+    piece_level: IntArray
+
+    def levels(self, end: IntArray, u: FloatArray) -> IntArray:
+        """Return the level at distances u from the node along ends, both (n,), m."""
+        place = np.where(end % 2 == 1, self.length[end] - u, u)
+        return self.piece_level[find_record(self.piece_start, self.piece_s, end // 2, place)]
 
 
 def street_ends(
@@ -79,7 +89,24 @@ def street_ends(
         layer=np.array([item.layer for item in attributes], np.int64),
         aside=np.zeros(len(end)) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
         lines=_straight_lines([street.points for street in streets]),
+        piece_start=starts([len(street.pieces) for street in streets]),
+        piece_s=_piece_places(network, length[0::2]),
+        piece_level=np.array(
+            [3 * item.layer + item.structure.value for street in streets for _, item in street.pieces], np.int64
+        ),
     )
+
+
+def _piece_places(network: StreetNetwork, length: FloatArray) -> FloatArray:
+    """Return where the pieces of streets begin along curves of this length, (streets,), m."""
+    out: list[float] = []
+    for street, size in zip(network.streets, length.tolist(), strict=True):
+        if len(street.pieces) == 1:
+            out.append(0.0)
+            continue
+        chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(street.points, axis=0).T))])
+        out += (chainage[[first for first, _ in street.pieces]] * (size / chainage[-1])).tolist()
+    return np.array(out)
 
 
 def _straight_lines(polylines: list[FloatArray]) -> PlanView:
