@@ -143,10 +143,10 @@ LEAST_MEDIAN: Final = 2.5
 
 # ---------------------------------------------------------------- splits and merges
 
-# Junctions whose ways turn by less than this, rad (30 degrees), are splits and merges; where limits are at least so
-# high, km/h, their stems, and other arms, are set back by at most so much, m, and that share of
-# their OSM ways, until cars shift aside with no more
-# than this acceleration, m/s2. Choices; surveyed exit lanes of a motorway part from it over 130 m.
+# Junctions whose ways turn by less than this, rad (30 degrees), are splits and merges. Where limits are at least so
+# high, km/h, their stems, and other arms, are set back by at most so much, m, and by that share of their OSM ways,
+# until cars shift aside with no more than this acceleration, m/s2. Choices; surveyed exit lanes of a motorway part
+# from it over 130 m.
 MERGE_TURN: Final = 0.52
 MERGE_SPEED_KMH: Final = 60.0
 MERGE_SETBACK_MAX: Final = 80.0
