@@ -487,7 +487,7 @@ def test_sidewalks_grow_narrow_where_they_get_round_so_only(rule: Rule) -> None:
         for lane in section.lanes
         if lane.type is LaneType.SIDEWALK
     )
-    assert walks == [pytest.approx([2.0, 2.0, 1.73, 1.46]), pytest.approx([2.0] * 4)]
+    assert walks == [pytest.approx([2.0, 2.0, 1.76, 1.46]), pytest.approx([2.0] * 4)]
 
 
 @pytest.mark.parametrize("grade", [0.04, 0.3])

@@ -15,31 +15,16 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.junctions import RoadParts, end_poses
+from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
+from osm2xodr.geometry.margins.corner_wedges import wedges
 from osm2xodr.geometry.margins.sidewalk_corners import sidewalk_corners
-from osm2xodr.geometry.margins.strips import Margins, Strips, Wedge
-from osm2xodr.model import FloatArray, IntArray, LaneType, Rule
+from osm2xodr.geometry.margins.strips import Margins, Strips
+from osm2xodr.model import IntArray, LaneType, Rule
 
-# Shares of their room that sidewalks get in a wedge, the first that helps. Choices.
-_SHARES_OF_ROOM: Final = (1.0, 0.6)
-# Least width of a sidewalk where it ends in a wedge, m: about a kerbstone's. A choice.
-_LEAST_WIDTH: Final = 0.1
-# Where both kerbs end farther apart than this, m, is no tip: sidewalks are at least so wide, m, or none is led on
-# there. Choices.
-_LARGEST_TIP: Final = 4.0
-_LEAST_PATH: Final = 0.5
-# Wedges have such lengths, m, up to this share of their road, and no steeper edges. Choices.
-_WEDGE_LENGTH: Final = (1.0, 12.0)
-_SHARE_OF_ROAD: Final = 0.45
-_STEEPEST: Final = 1.0
-# Arms that part at more than this, rad (150 degrees), leave room for any sidewalk between them. Arms side by side may
-# come closer by this angle, rad, away from the junction.
-_LARGEST_ANGLE: Final = 2.6
-_MOST_CLOSING: Final = 0.5
-# Edges of wedges between such arms go by this slope: as long as wedges may be.
-_LEAST_SLOPE: Final = 1e-3
-
+# Shares of their room that sidewalks get in a wedge, and whether the one with more room ends wider: the first that
+# helps. Choices: corners may need more room than a circle round their tip.
+_TRIES: Final = ((1.0, True), (0.9, True), (0.9, False), (0.6, False))
 _Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 _Change = Callable[[RoadParts, tuple[Margins, ...], ConnectingRoads], tuple[Margins, ...]]
 
@@ -53,7 +38,7 @@ def lay_out_corners(
     junctions of corners that could not be drawn, one for each, (k,).
     """
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
-    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share) for share in _SHARES_OF_ROOM)]
+    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share, uneven=uneven) for share, uneven in _TRIES)]
     for change in changes:
         tried = change(parts, margins, failed)
         if tried is margins:
@@ -89,26 +74,10 @@ def _kerbside(parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRo
 
 
 def _wedged(
-    parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float
+    parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float, uneven: bool
 ) -> tuple[Margins, ...]:
-    """Let sidewalks of some corners end at the kerb, in wedges with a share of the room between both kerbs.
-
-    Both get the same width, that of the end with less room: they go round one tip.
-    """
-    room, slope, apart = _room(parts, rows)
-    wide = np.column_stack([rows.entry_width, rows.exit_width])
-    width = np.maximum(share * np.minimum(room[:, None] - 1.1 * defaults.CORNER_TIP_RADIUS, wide), _LEAST_WIDTH)
-    width = np.floor(100.0 * width) / 100.0
-    length = np.clip((wide - share * room[:, None]) / slope[:, None], *_WEDGE_LENGTH)
-    found: list[tuple[int, Wedge]] = []
-    enough = (apart <= _LARGEST_TIP) | (width.min(axis=1) >= _LEAST_PATH)
-    rows = rows.chosen(enough)
-    columns = (array[enough].tolist() for array in (wide, width, length))
-    for corner, *sizes in zip(_corner_of(rows), *columns, strict=True):
-        for (end, side), before, to, over in zip(corner, *sizes, strict=True):
-            if to < before - defaults.SAME_PLACE:
-                over = min(over, _SHARE_OF_ROAD * float(parts.length[end // 2]))
-                found.append((end, Wedge(side, end % 2 == 1, to, over)))
+    """Let sidewalks of some corners end at the kerb, in wedges with a share of the room between both kerbs."""
+    found = wedges(parts, rows, share, uneven=uneven)
     if not found:
         return margins
     out = list(_kerbside(parts, margins, rows))
@@ -118,31 +87,6 @@ def _wedged(
         last = replace(beside[-(end % 2)], wedges=(*kept, wedge))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
     return tuple(out)
-
-
-def _room(parts: RoadParts, rows: ConnectingRoads) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how far the middle between both kerbs is from the nearer one where that ends, m, and its slope, (rows,).
-
-    The third array has how far the ends of both kerbs are from each other, m. Kerbs count as straight; where they do
-    not face each other, there is room for anything.
-    """
-    kerbs = []
-    for end, lane in ((rows.entry, rows.entry_lane), (rows.exit, rows.exit_lane)):
-        x, y, hdg = end_poses(parts, end)
-        sections = [parts.at_end(item).section for item in end.tolist()]
-        t = np.where(lane > 0, [item.left_edge for item in sections], [item.right_edge for item in sections])
-        normal = np.sign(lane)[:, None] * np.column_stack([-np.sin(hdg), np.cos(hdg)])
-        outwards = np.where(end % 2 == 1, -1.0, 1.0)[:, None] * np.column_stack([np.cos(hdg), np.sin(hdg)])
-        kerbs.append((np.column_stack([x - t * np.sin(hdg), y + t * np.cos(hdg)]), normal, outwards))
-    (one, normal, outwards), (other, facing, away) = kerbs
-    cos = (outwards * away).sum(1)
-    # Arms that run side by side may come closer a little, too.
-    angle = np.arctan2((normal * away).sum(1), cos)
-    acute = (angle < _LARGEST_ANGLE) & (angle > -_MOST_CLOSING)
-    apart = np.minimum((facing * (one - other)).sum(1), (normal * (other - one)).sum(1))
-    room = np.where(acute, apart / np.where(acute, 1.0 + cos, 1.0), np.inf)
-    slope = np.clip(np.where(acute, np.tan(angle / 2), _STEEPEST), _LEAST_SLOPE, _STEEPEST)
-    return room, slope, np.hypot(*(other - one).T)
 
 
 def _sidewalk_alone(strips: Strips) -> Strips:

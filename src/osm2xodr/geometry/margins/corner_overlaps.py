@@ -18,6 +18,11 @@ _PROBES: Final = np.linspace(0.0, 1.0, 9)[1:-1]
 _ABREAST: Final = 0.01
 
 
+def at_probes(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return values that change from start to end as a smooth step, (rows,), at all probes, (rows, probes)."""
+    return np.asarray(start[:, None] + (end - start)[:, None] * (_PROBES * _PROBES * (3.0 - 2.0 * _PROBES)))
+
+
 def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return x, y along lines beside reference lines, at t that changes from start to end as a smooth step.
 
@@ -25,7 +30,7 @@ def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[F
     """
     curve = np.repeat(np.arange(len(rows.length)), len(_PROBES))
     x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * _PROBES).ravel())
-    t = (start[:, None] + (end - start)[:, None] * (_PROBES * _PROBES * (3.0 - 2.0 * _PROBES))).ravel()
+    t = at_probes(start, end).ravel()
     shape = len(rows.length), len(_PROBES)
     return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
 
@@ -35,7 +40,7 @@ def onto_lanes(
 ) -> BoolArray:
     """Say which strips lie on a lane for cars through their junction, (rows,).
 
-    A strip is the places x, y (rows, probes) and `half` (rows,) of its width to either side, m.
+    A strip is the places x, y, and `half` of its width to either side, all (rows, probes), m.
     """
     row, car = _pairs(rows.junction, cars.junction)
     lane = np.minimum(cars.entry_width, cars.exit_width) / 2
@@ -44,15 +49,16 @@ def onto_lanes(
     px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(_PROBES)), s.ravel()))
     # A curve leaves the box of its probes by less than a quarter of the way between two of them.
     slack = 0.25 * cars.length[used] / (len(_PROBES) - 1)
+    widest = half.max(axis=1)
     near = np.ones(len(row), bool)
     for one, other in ((x, px), (y, py)):
-        gap = slack[place] + half[row] + lane[car]
+        gap = slack[place] + widest[row] + lane[car]
         near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
     row, car = row[near], car[near]
     _, _, distance = project(cars.plan_view, np.repeat(car, len(_PROBES)), x[row].ravel(), y[row].ravel())
-    reach = half[row] + lane[car]
+    reach = half[row] + lane[car, None]
     out = np.zeros(len(rows.length), bool)
-    out[row[(distance.reshape(-1, len(_PROBES)) < reach[:, None]).any(axis=1)]] = True
+    out[row[(distance.reshape(-1, len(_PROBES)) < reach).any(axis=1)]] = True
     return out
 
 

@@ -89,13 +89,12 @@ def _lies_badly(
     far = np.flatnonzero(own | (rows.length > defaults.CORNER_FAR))
     last = [lanes[-1] for lanes in rows.inner]
     width = np.array([lane.entry_width for lane in last]), np.array([lane.exit_width for lane in last])
-    nothing = np.zeros(len(own))
     for share in _EDGE_AND_MIDDLE:
         # Beside a turn a lane that swings wider may cover its edge, but no more.
         back = [np.maximum(share * whole, np.minimum(defaults.CORNER_ONTO_LANE, whole / 2)) for whole in width]
         t0, t1 = rows.entry_aside + inwards * (start - back[0]), rows.exit_aside + inwards * (end - back[1])
         x, y = probes(rows, t0, t1)
-        bad |= onto_lanes(rows, cars, x, y, nothing)
+        bad |= onto_lanes(rows, cars, x, y, np.zeros_like(x))
         bad[far] |= onto_roads(rows.junction[far], parts, x[far], y[far])
     return bad
 

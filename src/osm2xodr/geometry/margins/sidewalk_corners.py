@@ -26,7 +26,7 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.connections import ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
+from osm2xodr.geometry.margins.corner_overlaps import at_probes, onto_lanes, onto_roads, probes
 from osm2xodr.geometry.margins.corner_pairs import Corners, find_corners
 from osm2xodr.geometry.margins.corner_strips import between, with_inner_lanes
 from osm2xodr.geometry.margins.corner_swings import swung_out
@@ -185,11 +185,12 @@ def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, h
 
 
 def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: ConnectingRoads) -> PlanView:
-    """Return the reference line of each corner: that of its turn, or a curve of its own, in its middle."""
+    """Return the reference line of each corner: that of its turn, or a curve of its own beside its kerb."""
     poses = []
-    for end, walks, inwards in ((corners.entry, corners.first, 1), (corners.exit, corners.second, 0)):
+    sides = zip((corners.entry, corners.exit), _own_lines(corners), (1, 0), strict=True)
+    for end, t, inwards in sides:
         x, y, hdg = end_poses(parts, end)
-        x, y = x - walks.t * np.sin(hdg), y + walks.t * np.cos(hdg)
+        x, y = x - t * np.sin(hdg), y + t * np.cos(hdg)
         poses += [x, y, hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     source = np.maximum(beside.row, 0)
     plan = cut_curves(cars.plan_view, np.zeros(len(source)), cars.length[source], source)
@@ -200,6 +201,14 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
         curves = _unfolded([column[alone] for column in poses], half)
         plan = replace_curves(plan, alone, curves, np.arange(len(alone)))
     return plan
+
+
+def _own_lines(corners: Corners) -> tuple[FloatArray, FloatArray]:
+    """Return t, m, where curves of their own begin and end: half of the narrower sidewalk's width from both kerbs."""
+    first, second = corners.first, corners.second
+    least = np.minimum(first.width, second.width)
+    one, other = (walks.t - np.sign(walks.lane) * (walks.width - least) / 2 for walks in (first, second))
+    return one, other
 
 
 def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
@@ -219,8 +228,9 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
     plan = _paths(corners, beside, parts, cars)
     first, last, back, own = corners.first, corners.second, beside.back, beside.row < 0
     source, count = np.maximum(beside.row, 0), len(corners.junction)
-    cars_first = np.where(back, cars.exit_t[source], cars.entry_t[source])
-    cars_last = np.where(back, cars.entry_t[source], cars.exit_t[source])
+    line_first, line_last = _own_lines(corners)
+    line_first = np.where(own, line_first, np.where(back, cars.exit_t[source], cars.entry_t[source]))
+    line_last = np.where(own, line_last, np.where(back, cars.entry_t[source], cars.exit_t[source]))
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
@@ -229,14 +239,14 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
         exit=corners.exit,
         entry_lane=first.lane,
         exit_lane=last.lane,
-        entry_t=np.where(own, first.t, cars_first),
-        exit_t=np.where(own, last.t, cars_last),
+        entry_t=line_first,
+        exit_t=line_last,
         entry_width=first.width,
         exit_width=last.width,
         against=np.zeros(count, bool),
         # Left of the reference line, in the sidewalk's own direction.
-        entry_aside=np.where(back, -beside.end, beside.start),
-        exit_aside=np.where(back, -beside.start, beside.end),
+        entry_aside=np.where(corners.entry % 2 == 1, 1.0, -1.0) * (first.t - line_first),
+        exit_aside=np.where(corners.exit % 2 == 0, 1.0, -1.0) * (last.t - line_last),
         height=np.where(corners.past, 0.0, first.height),
         lane_type=tuple(walk.type for walk in first.walks),
         access=(Access.ALL,) * count,
@@ -248,7 +258,7 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
 
 
 def _folds(rows: ConnectingRoads) -> BoolArray:
-    """Say which sidewalks, in the middle of their curves, fold at the inner edge of a bend, (rows,)."""
+    """Say which sidewalks fold at the inner edge of a bend, (rows,)."""
     plan = rows.plan_view
     owner = owners(plan.start)
     out = np.zeros(len(rows.length), bool)
@@ -256,7 +266,9 @@ def _folds(rows: ConnectingRoads) -> BoolArray:
         share = s / rows.length[owner]
         step = share * share * (3.0 - 2.0 * share)
         width = rows.entry_width[owner] + step * (rows.exit_width - rows.entry_width)[owner]
-        out[owner[np.abs(curvature) * (width / 2 + defaults.CORNER_TIP_RADIUS) > 1.0]] = True
+        aside = rows.entry_aside[owner] + step * (rows.exit_aside - rows.entry_aside)[owner]
+        reach = width / 2 + np.sign(curvature) * aside + defaults.CORNER_TIP_RADIUS
+        out[owner[np.abs(curvature) * reach > 1.0]] = True
     return out
 
 
@@ -271,7 +283,6 @@ def _passable(
     plan, every = rows.plan_view, np.arange(len(rows.length))
     x0, y0, _ = pose(plan, every, np.zeros(len(every)))
     x1, y1, _ = pose(plan, every, rows.length)
-    half = np.maximum(rows.entry_width, rows.exit_width) / 2
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= ~_folds(rows)
     # Turns back and forth, beyond the turn that the curve makes.
@@ -281,7 +292,9 @@ def _passable(
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.
-    good &= ~onto_lanes(rows, cars, x, y, np.where(own, np.maximum(half - defaults.CORNER_ONTO_LANE, half / 2), 0.0))
+    half = at_probes(rows.entry_width, rows.exit_width) / 2
+    half = np.where(own[:, None], np.maximum(half - defaults.CORNER_ONTO_LANE, half / 2), 0.0)
+    good &= ~onto_lanes(rows, cars, x, y, half)
     far = np.flatnonzero(good & (own | (rows.length > defaults.CORNER_FAR)))
     good[far] = ~onto_roads(rows.junction[far], parts, x[far], y[far])
     return good

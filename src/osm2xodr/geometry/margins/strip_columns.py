@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
+
+import numpy as np
 
 from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
@@ -19,6 +22,8 @@ from osm2xodr.model import Cubic, LaneType, MarginSpec
 
 # Widths that differ by less are the same, m.
 _SAME_WIDTH: Final = 1e-9
+# Places within wedges that are closer are the same, m.
+_NEAR: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,21 +112,59 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
             Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
         ]
-    for wedge in column.wedges:
-        out = _with_wedge(out, wedge, margins[-1].end)
-    return without_repeats(out)
+    return without_repeats(_narrowed(out, column.wedges, margins[-1].end) if column.wedges else out)
 
 
-def _with_wedge(widths: Sequence[Cubic], wedge: Wedge, length: float) -> list[Cubic]:
-    """Return widths along a road of some length, m, that a wedge ends, or begins."""
-    border = length - wedge.length if wedge.at_end else wedge.length
-    holding = max((item for item in widths if item.s <= border), key=lambda item: item.s)
-    here = holding.at(border - holding.s)
-    slope = (wedge.width - here) / wedge.length
-    if wedge.at_end:
-        return [*(item for item in widths if item.s < border), Cubic(border, here, slope)]
-    rest = part_of_cubics(widths, border, length)
-    return [Cubic(0.0, wedge.width, -slope), *(Cubic(border + c.s, c.a, c.b, c.c, c.d) for c in rest)]
+def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -> list[Cubic]:
+    """Return widths along a road of some length, m, as narrow as wedges leave them: linear within these."""
+    limits = [sorted((length - u if wedge.at_end else u, wide) for u, wide in wedge.widths) for wedge in wedges]
+    zones = [(limit[0][0], limit[-1][0]) for limit in limits]
+    ends = {length if wedge.at_end else 0.0: wedge.width for wedge in wedges}
+
+    def within(s: float) -> list[float]:
+        """Return what the wedges around s leave there."""
+        return [_interpolated(limit, s) for limit, (low, high) in zip(limits, zones, strict=True) if low < s < high]
+
+    def wide(s: float) -> float:
+        holding = max((item for item in widths if item.s <= s), key=lambda item: item.s)
+        return ends.get(s, min([holding.at(s - holding.s), *within(s)]))
+
+    near = [item.s for item in widths if within(item.s)]
+    places = _apart([0.0, length, *near, *(s for limit in limits for s, _ in limit if 0.0 < s < length)])
+    if len(limits) == 2:
+        places = _apart([*places, *_crossings(limits[0], limits[1], places)])
+    out: list[Cubic] = []
+    for begin, end in pairwise(places):
+        if within((begin + end) / 2):
+            one, other = wide(begin), wide(end)
+            out.append(Cubic(begin, one, (other - one) / (end - begin)))
+        else:
+            out += [Cubic(begin + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, begin, end)]
+    return out
+
+
+def _apart(places: Sequence[float]) -> list[float]:
+    """Return places in order, without those next to another one; the first and the last stay."""
+    first, *inner, last = sorted(places)
+    out = [first]
+    for s in inner:
+        if s - out[-1] > _NEAR and last - s > _NEAR:
+            out.append(s)
+    return [*out, last]
+
+
+def _interpolated(points: Sequence[tuple[float, float]], s: float) -> float:
+    places, values = zip(*points, strict=True)
+    return float(np.interp(s, places, values))
+
+
+def _crossings(
+    one: Sequence[tuple[float, float]], other: Sequence[tuple[float, float]], places: Sequence[float]
+) -> list[float]:
+    """Return where two lines cross between the places of their points."""
+    off = [_interpolated(one, s) - _interpolated(other, s) for s in places]
+    steps = zip(pairwise(places), pairwise(off), strict=True)
+    return [a + (b - a) * before / (before - after) for (a, b), (before, after) in steps if before * after < 0.0]
 
 
 def tapered(length: float, taper: float, start: float, middle: float, end: float) -> tuple[Cubic, ...]:

@@ -16,13 +16,18 @@ Strips = tuple[MarginSpec, ...]
 
 @dataclass(frozen=True, slots=True)
 class Wedge:
-    """How the sidewalk at one side of a road becomes narrower before a junction, evenly."""
+    """How the sidewalk at one side of a road becomes narrower before a junction."""
 
     side: int  # Left 1, right -1, seen along the road
     at_end: bool  # Whether at the road's end, else at its start
-    # How wide it is where the road ends, and over how much of the road it becomes so, m
-    width: float
-    length: float
+    # Distances from where the road ends, m, ascending, and how wide it is there, m; evenly between them. At the last
+    # one it is as wide as elsewhere
+    widths: tuple[tuple[float, float], ...]
+
+    @property
+    def width(self) -> float:
+        """How wide it is where the road ends, m."""
+        return self.widths[0][1]
 
     def lies_at(self, end: int, side: int) -> bool:
         """Say whether it is that at one side of a road end."""
