@@ -33,8 +33,9 @@ _PLACES: Final = np.array(
 # Share of their road that wedges take at most: where two meet, the narrower one counts.
 _SHARE_OF_ROAD: Final = 0.95
 # Sidewalks that only lanes or the bend of the corner narrow, and those of arms that part at less than this, rad,
-# and stay side by side, become narrower by such a slope. Choices.
+# and stay side by side for more than this, m, become narrower by such a slope. Choices.
 _PARALLEL: Final = 0.15
+_LONG: Final = 12.0
 _GENTLE: Final = 0.25
 _GENTLER: Final = 0.05
 # Arms that part at more than this, rad (150 degrees), leave room for any sidewalk between them. Arms side by side may
@@ -68,7 +69,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
     more, less = room[:, 0], np.where(swapped, rooms[0][:, 0], rooms[1][:, 0])
     slack = 1.1 * defaults.CORNER_TIP_RADIUS
     narrower = np.minimum(first.full, second.full)
-    width = _rounded(np.where(facing, np.minimum(share * (less - slack), narrower), share * narrower))
+    width = _rounded(share * np.minimum(np.where(facing, less - slack, np.inf), narrower))
     (x0, y0, _), (x1, y1, _) = first.places(), second.places()
     enough = (np.hypot(x1 - x0, y1 - y0)[:, 0] <= _LARGEST_TIP) | (width >= _LEAST_PATH)
     # What is left of its way beyond the first one's end: straight on, then round the tip.
@@ -80,7 +81,8 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
     wide = np.minimum(share * (more - slack), width + _FOLD / (last * last * (3.0 - 2.0 * last)))
     wide = np.maximum(width, np.where(facing & uneven, _rounded(np.minimum(wide, first.full)), width))
     slope = np.where(facing, _GENTLER, _GENTLE)
-    slope = np.where(facing & ((room >= first.full[:, None]).any(axis=1) | (angle > _PARALLEL)), np.inf, slope)
+    parallel = (room < first.full[:, None]).all(axis=1) & (angle < _PARALLEL) & (first.u[:, -1] > _LONG)
+    slope = np.where(facing & ~parallel, np.inf, slope)
     begin, narrow = _narrowed(first, room, wide, np.where(more >= first.full, np.minimum(slope, _GENTLE), slope))
     line = (_round_corner(first, wide, width, straight, last), first.aside(narrow, begin))
     x, y = (np.hstack(columns) for columns in zip(*line, strict=True))
