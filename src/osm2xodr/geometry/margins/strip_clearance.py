@@ -9,18 +9,17 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, owners, pose, ranks, sharpest_curvature, starts
+from osm2xodr.curves import find_record, pose, ranks, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.strips import Margins, MarginStretch, Strips, settled
+from osm2xodr.geometry.margins.strips import Margins, MarginStretch, Notch, Strips, settled
+from osm2xodr.geometry.margins.tight_bends import notches_in, tight_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
 
 # Share of its width that a strip keeps at least; narrower, it is left out. A choice.
 _LEAST_WIDTH_SHARE: Final = 0.5
-# Bends of larger radii have room inside for any strips, m.
-_GENTLE_RADIUS: Final = 60.0
 # Obstacles beside each other that leave rooms that differ by less are one, m: fewer, longer stretches. A choice.
 _SAME_ROOM: Final = 0.3
 # Strips may be wider than their room by this, m: the step in which widths are cut.
@@ -46,21 +45,32 @@ def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics:
     if not with_any.any():
         return tuple(margins)
     edges = _Edges.of(parts)
+    bends = tight_bends(parts, edges.first, edges.left, edges.right, with_any)
+    notches, tighter = notches_in(parts, bends, margins)
+    in_bends = [(bend.road, _Obstacle(bend.start, bend.end, bend.side, bend.room)) for bend in tighter]
     obstacles: dict[int, list[_Obstacle]] = {}
-    for road, obstacle in (*_bends(parts, edges, with_any), *_parallel_roads(parts, edges, margins, with_any)):
+    for road, obstacle in (*in_bends, *_parallel_roads(parts, edges, margins, with_any)):
         obstacles.setdefault(road, []).append(obstacle)
-    changed_ways: set[int] = set()
+    changed_ways = {_way_at(margins[road], notch.start) for road, found in notches.items() for notch in found}
     out: list[Margins] = []
     for k, beside in enumerate(margins):
         borders = [stretch.start for stretch in parts.stretches[k][1:]]
         fitting = list(beside)
         for obstacle in obstacles.get(k, ()) if beside else ():
             fitting = _cut_to_room(fitting, obstacle, borders, changed_ways)
-        out.append(settled(fitting, borders))
+        out.append(_notched(settled(fitting, borders), notches.get(k, ())))
     text = "strips beside its carriageway have no room and are narrowed or left out"
     for way in sorted(changed_ways):
         diagnostics.repaired("margin-no-room", f"way/{way}", text)
     return tuple(out)
+
+
+def _way_at(beside: Margins, s: float) -> int:
+    return max((item for item in beside if item.start <= s), key=lambda item: item.start).way
+
+
+def _notched(beside: Margins, notches: Sequence[Notch]) -> Margins:
+    return (replace(beside[0], notches=tuple(notches)), *beside[1:]) if notches else beside
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,30 +95,6 @@ class _Edges:
             np.array([item.section.right_edge for item in flat]),
             np.array([item.attributes.layer for item in flat], np.int64),
         )
-
-
-def _bends(parts: RoadParts, edges: _Edges, with_any: BoolArray) -> list[tuple[int, _Obstacle]]:
-    """Return the bends inside which strips would fold over themselves, with their roads."""
-    plan = parts.plan_view
-    owner = owners(plan.start)
-    sharpest = sharpest_curvature(plan)
-    bent = np.flatnonzero((np.abs(sharpest) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
-    inside = np.sign(sharpest[bent])
-    # Lanes of neighbouring stretches reach into a bend with their tapers.
-    every = [edges.first[owner[bent]], edges.first[owner[bent] + 1]]
-    left, right = _widest(edges.left, *every), _widest(-edges.right, *every)
-    edge = np.where(inside > 0, left, right)
-    room = 1.0 / np.abs(sharpest[bent]) - defaults.CORNER_EDGE_RADIUS - edge
-    end = plan.s[bent] + plan.length[bent]
-    columns = (owner[bent], plan.s[bent], end, inside.astype(np.int64), room)
-    return [(row[0], _Obstacle(*row[1:])) for row in zip(*(column.tolist() for column in columns), strict=True)]
-
-
-def _widest(edge: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
-    """Return the largest of the edges from each index `first` up to `last`, excluded, (n,)."""
-    if not len(first):
-        return np.zeros(0)
-    return np.asarray(np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2])
 
 
 def _parallel_roads(

@@ -17,7 +17,7 @@ from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
 from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.strips import Margins, Wedge
+from osm2xodr.geometry.margins.strips import Margins, Notch, Wedge
 from osm2xodr.model import Cubic, LaneType, MarginSpec
 
 # Widths that differ by less are the same, m.
@@ -32,6 +32,7 @@ class Column:
 
     strips: tuple[MarginSpec | None, ...]  # The strip in each stretch of the road's margins; None where there is none
     wedges: tuple[Wedge, ...] = ()  # Before junctions
+    notches: tuple[Notch, ...] = ()  # Inside tight bends, with the room that strips inside of it leave
 
     def strip_at(self, end: int, side: int) -> MarginSpec | None:
         """Return the strip at a road end, as narrow as a wedge leaves it, at the side (left 1, right -1) it is on."""
@@ -63,7 +64,25 @@ def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
         for column in found:
             if len(column) == k:
                 column.append(None)
-    return tuple(Column(tuple(column), _wedges(column, margins, side)) for column in found)
+    notches = [notch for notch in margins[0].notches if notch.side == side]
+    return tuple(
+        Column(
+            tuple(column),
+            _wedges(column, margins, side),
+            tuple(_beside(found[:k], margins, item) for item in notches),
+        )
+        for k, column in enumerate(found)
+    )
+
+
+def _beside(inner: Sequence[Sequence[MarginSpec | None]], margins: Margins, notch: Notch) -> Notch:
+    """Return a notch with the room that it leaves beside some columns."""
+    here = [k for k, item in enumerate(margins) if item.start < notch.end and item.end > notch.start]
+    taken = [sum(strip.width for column in inner if (strip := column[k]) is not None) for k in here]
+    room = notch.room - max(taken, default=0.0)
+    if room >= 0.0:
+        return replace(notch, room=room)
+    return replace(notch, start=notch.start + room / notch.before, end=notch.end - room / notch.after, room=0.0)
 
 
 def _wedges(column: Sequence[MarginSpec | None], margins: Margins, side: int) -> tuple[Wedge, ...]:
@@ -112,7 +131,25 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
             Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
         ]
+    for notch in column.notches:
+        out = _with_notch(out, notch, margins[-1].end)
     return without_repeats(_narrowed(out, column.wedges, margins[-1].end) if column.wedges else out)
+
+
+def _with_notch(widths: Sequence[Cubic], notch: Notch, length: float) -> list[Cubic]:
+    """Return widths along a road of some length, m, that are no larger than a notch allows."""
+    here = _value(widths, notch.start)
+    if here <= notch.room + _SAME_WIDTH:
+        return list(widths)
+    begin, end = notch.extent(here)
+    before, after = _value(widths, begin), _value(widths, end)
+    return [
+        *(item for item in widths if item.s < begin),
+        Cubic(begin, before, (notch.room - before) / (notch.start - begin)),
+        Cubic(notch.start, notch.room),
+        Cubic(notch.end, notch.room, (after - notch.room) / (end - notch.end)),
+        *(Cubic(end + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, end, length)),
+    ]
 
 
 def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -> list[Cubic]:
@@ -126,8 +163,7 @@ def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -
         return [_interpolated(limit, s) for limit, (low, high) in zip(limits, zones, strict=True) if low < s < high]
 
     def wide(s: float) -> float:
-        holding = max((item for item in widths if item.s <= s), key=lambda item: item.s)
-        return ends.get(s, min([holding.at(s - holding.s), *within(s)]))
+        return ends.get(s, min([_value(widths, s), *within(s)]))
 
     near = [item.s for item in widths if within(item.s)]
     places = _apart([0.0, length, *near, *(s for limit in limits for s, _ in limit if 0.0 < s < length)])
@@ -141,6 +177,11 @@ def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -
         else:
             out += [Cubic(begin + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, begin, end)]
     return out
+
+
+def _value(cubics: Sequence[Cubic], s: float) -> float:
+    holding = max((item for item in cubics if item.s <= s), key=lambda item: item.s)
+    return holding.at(s - holding.s)
 
 
 def _apart(places: Sequence[float]) -> list[float]:

@@ -32,7 +32,7 @@ def add_margins(
         if not any(item.left or item.right for item in beside):
             out.append(layout)
             continue
-        shared = len(beside) == 1 and len(layout.sections) == 1 and not beside[0].wedges
+        shared = len(beside) == 1 and len(layout.sections) == 1 and not (beside[0].wedges or beside[0].notches)
         kind = (id(layout), beside[0].left, beside[0].right)
         found = alike.get(kind) if shared else None
         if found is None:

@@ -35,6 +35,25 @@ class Wedge:
 
 
 @dataclass(frozen=True, slots=True)
+class Notch:
+    """How strips inside a tight bend become narrower, evenly, and wide again."""
+
+    side: int  # The inside: left 1, right -1, seen along the road
+    # Between where they are as narrow as the bend leaves them, s on the road, m
+    start: float
+    end: float
+    room: float  # How far they reach beyond the carriageway's edge there, m
+    # How much farther they reach with each metre before and behind that
+    before: float
+    after: float
+
+    def extent(self, reach: float) -> tuple[float, float]:
+        """Return between which places, s, m, strips may reach less far than that, m."""
+        more = max(reach - self.room, 0.0)
+        return self.start - more / self.before, self.end + more / self.after
+
+
+@dataclass(frozen=True, slots=True)
 class MarginStretch:
     """Part of a road beside which nothing changes."""
 
@@ -47,6 +66,7 @@ class MarginStretch:
     way: int  # The OSM way (the first, where it is made of several)
     tight: bool = False  # Whether there is no room for wider or more strips
     wedges: tuple[Wedge, ...] = ()  # Where its sidewalks end at junctions, narrower than elsewhere
+    notches: tuple[Notch, ...] = ()  # In the first stretch of a road: where bends of the road leave strips less room
 
     def strips(self, side: int) -> Strips:
         """Return the strips at the left (1) or right (-1)."""
