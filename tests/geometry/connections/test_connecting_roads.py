@@ -119,3 +119,33 @@ def test_the_ring_of_a_roundabout_is_round(name: str, radius: float) -> None:
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             pose = measures.pose(road, share * measures.length(road))
             assert math.hypot(pose.x, pose.y) == pytest.approx(radius, abs=0.6)
+
+
+@EITHER
+def test_the_lanes_of_a_ring_stay_round_through_junctions(rule: Rule) -> None:
+    """Three lanes around a small island, with wide arms: junctions are most of the ring."""
+    corners = ("e", "n", "w", "s")
+    nodes = {
+        f"r{k}": (15.0 * math.cos(math.radians(15 * k)), 15.0 * math.sin(math.radians(15 * k))) for k in range(24)
+    }
+    nodes |= {
+        name: (100.0 * math.cos(k * math.pi / 2), 100.0 * math.sin(k * math.pi / 2)) for k, name in enumerate(corners)
+    }
+    ways = {k + 1: (f"{name} r{6 * k}", "highway=primary lanes=4 width=14") for k, name in enumerate(corners)}
+    ring = " ".join(f"r{k % 24}" for k in range(25))
+    ways[11] = (ring, "highway=primary junction=roundabout oneway=yes lanes=3 width=10.5")
+    case = Case(nodes, ways)
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    measures, by_id = RoadMeasures(roads), {road.id: road for road in roads.roads}
+    around = 0
+    for road in roads.roads:
+        if road.junction is None or road.predecessor is None or road.successor is None:
+            continue
+        if any(by_id[link.id].osm_way_ids != (11,) for link in (road.predecessor, road.successor)):
+            continue
+        places = [measures.pose(road, share * measures.length(road)) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        radii = [math.hypot(pose.x, pose.y) for pose in places]
+        assert max(radii) - min(radii) < 0.1
+        around += 1
+    # The outermost lane leaves at each arm.
+    assert around == 8

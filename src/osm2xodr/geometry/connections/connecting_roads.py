@@ -131,7 +131,7 @@ _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not i
 def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) -> FloatArray:
     """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m.
 
-    `street_ends` (n, 2) are those that the links lead from and to.
+    `street_ends` (n, 2) are those that the links lead from and to. There is no corner on the ring of a roundabout.
     """
     rows = links.rows
     road_in = np.array([row.entry for row in rows], np.int64)
@@ -139,7 +139,7 @@ def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) ->
     out_of, into = np.where(road_in % 2, 1.0, -1.0), np.where(road_out % 2, -1.0, 1.0)
     hdg_in = links.hdg[road_in] + np.where(out_of < 0, np.pi, 0.0)
     hdg_out = links.hdg[road_out] + np.where(into < 0, np.pi, 0.0)
-    return turning_radii(
+    largest = turning_radii(
         ends,
         street_ends[:, 0],
         street_ends[:, 1],
@@ -148,6 +148,7 @@ def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) ->
         np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
         wrapped(hdg_out - hdg_in),
     )[1]
+    return np.where(ends.roundabout[street_ends].all(axis=1), np.inf, largest)
 
 
 def build_connecting_roads(
