@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from margin_cases import PARKING, TRACK, VERGE, WALK, Strips
+from road_measures import width_at
 
-from osm2xodr.geometry.margins.strip_columns import columns_of
-from osm2xodr.geometry.margins.strips import MarginStretch
+from osm2xodr.geometry.margins.strip_columns import columns_of, widths_of
+from osm2xodr.geometry.margins.strips import MarginStretch, Notch
 from osm2xodr.model import MarginSpec
 
 
@@ -27,3 +28,17 @@ def test_strips_are_matched_by_kind_and_order() -> None:
     assert columns((TRACK,), (WALK,)) == [(None, WALK), (TRACK, None)]
     assert columns((WALK,), (), (WALK,)) == [(WALK, None, WALK)]
     assert columns((WALK,), (low,)) == [(None, low), (WALK, None)]
+
+
+def test_a_strip_that_ends_in_a_notch_ends_where_it_did() -> None:
+    notch = Notch(1, 45.0, 45.0, 0.5, 0.1, 0.1)
+    margins = (MarginStretch(0.0, 50.0, (WALK,), (), 1, notches=(notch,)), MarginStretch(50.0, 100.0, (), (), 1))
+    (column,) = columns_of(margins, 1)
+    widths = widths_of(column, margins)
+    assert [round(width_at(widths, s), 6) for s in (20.0, 30.0, 40.0, 45.0, 50.0, 60.0, 100.0)] == [
+        *(2.0, 2.0, 1.0, 0.5),
+        *(0.0, 0.0, 0.0),
+    ]
+    places = [0.25 * k for k in range(401)]
+    assert min(width_at(widths, s) for s in places) > -1e-9
+    assert max(width_at(widths, s) - notch.reach_at(s) for s in places) < 1e-9

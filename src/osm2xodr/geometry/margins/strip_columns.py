@@ -138,16 +138,18 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
 
 def _with_notch(widths: Sequence[Cubic], notch: Notch, length: float) -> list[Cubic]:
     """Return widths along a road of some length, m, that are no larger than a notch allows."""
-    here = _value(widths, notch.start)
-    if here <= notch.room + _SAME_WIDTH:
+    widest = max(item.a for item in widths)
+    if widest <= notch.room + _SAME_WIDTH:
         return list(widths)
-    begin, end = notch.extent(here)
-    before, after = _value(widths, begin), _value(widths, end)
+    begin, end = notch.extent(widest)
+    # Strips may begin or end in the notch.
+    borders = sorted([begin, notch.start, notch.end, end, *(item.s for item in widths if begin < item.s < end)])
+    places = [begin, *(s for before, s in pairwise(borders) if s - before > defaults.SAME_PLACE)]
+    values = [min(_value(widths, s), notch.reach_at(s)) for s in places]
+    pieces = zip(pairwise(places), pairwise(values), strict=True)
     return [
         *(item for item in widths if item.s < begin),
-        Cubic(begin, before, (notch.room - before) / (notch.start - begin)),
-        Cubic(notch.start, notch.room),
-        Cubic(notch.end, notch.room, (after - notch.room) / (end - notch.end)),
+        *(Cubic(s, width, (wide - width) / (to - s)) for (s, to), (width, wide) in pieces),
         *(Cubic(end + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, end, length)),
     ]
 

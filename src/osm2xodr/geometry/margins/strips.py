@@ -52,6 +52,10 @@ class Notch:
         more = max(reach - self.room, 0.0)
         return self.start - more / self.before, self.end + more / self.after
 
+    def reach_at(self, s: float) -> float:
+        """Return how far strips may reach at a place, m."""
+        return self.room + max(self.before * (self.start - s), self.after * (s - self.end), 0.0)
+
 
 @dataclass(frozen=True, slots=True)
 class MarginStretch:

@@ -118,7 +118,7 @@ def _notch(bend: TightBend, width: float, s: FloatArray, reach: FloatArray) -> N
     room, inside = max(bend.room, 0.0), (s >= bend.start) & (s <= bend.end)
     found = [Notch(bend.side, bend.start, bend.end, room, *_slopes(s, reach, width, bend.start, bend.end, room))]
     # Where the curvature grows, the narrowest place is shorter than the bend.
-    for more in _ABOVE_NARROWEST:
+    for more in _ABOVE_NARROWEST if inside.any() else ():
         places = s[inside & (reach <= np.min(reach[inside]) + more)]
         start, end = float(places[0]), float(places[-1])
         found.append(Notch(bend.side, start, end, room, *_slopes(s, reach, width, start, end, room)))
