@@ -42,3 +42,12 @@ def test_a_strip_that_ends_in_a_notch_ends_where_it_did() -> None:
     places = [0.25 * k for k in range(401)]
     assert min(width_at(widths, s) for s in places) > -1e-9
     assert max(width_at(widths, s) - notch.reach_at(s) for s in places) < 1e-9
+
+
+def test_a_notch_ends_where_the_road_does() -> None:
+    notch = Notch(1, 5.0, 5.0, 0.5, 0.25, 0.25)
+    wide = replace(WALK, width=4.0)
+    margins = (MarginStretch(0.0, 10.0, (WALK,), (), 1, notches=(notch,)), MarginStretch(10.0, 12.0, (wide,), (), 1))
+    (column,) = columns_of(margins, 1)
+    widths = widths_of(column, margins)
+    assert [width_at(widths, s) for s in (0.0, 5.0, 10.0)] == [1.75, 0.5, 1.75]

@@ -141,7 +141,8 @@ def _with_notch(widths: Sequence[Cubic], notch: Notch, length: float) -> list[Cu
     widest = max(item.a for item in widths)
     if widest <= notch.room + _SAME_WIDTH:
         return list(widths)
-    begin, end = notch.extent(widest)
+    # Strips far from the bend may be wider than those at it.
+    begin, end = (min(max(s, 0.0), length) for s in notch.extent(widest))
     # Strips may begin or end in the notch.
     borders = sorted([begin, notch.start, notch.end, end, *(item.s for item in widths if begin < item.s < end)])
     places = [begin, *(s for before, s in pairwise(borders) if s - before > defaults.SAME_PLACE)]
@@ -150,7 +151,7 @@ def _with_notch(widths: Sequence[Cubic], notch: Notch, length: float) -> list[Cu
     return [
         *(item for item in widths if item.s < begin),
         *(Cubic(s, width, (wide - width) / (to - s)) for (s, to), (width, wide) in pieces),
-        *(Cubic(end + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, end, length)),
+        *(Cubic(end + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, end, length) if end < length),
     ]
 
 
