@@ -130,16 +130,6 @@ def test_a_strip_goes_on_to_the_tip_of_a_wedge() -> None:
         assert width_at(widths, s) == pytest.approx(0.1 * s + 0.05, abs=0.06)
 
 
-@pytest.mark.parametrize("aside", [0.0, 0.13, 0.27])
-def test_a_narrow_slit_is_closed_as_far_as_it_goes(aside: float) -> None:
-    """A slit of 0.4 m becomes one of 0.1 m over 40 m, wherever it lies in the cells of the grid."""
-    lines = ((-20.0, -1.5, 20.0, -1.5), (-20.0, 1.9, 20.0, 1.6), (-19.0, -6.0, -19.0, 6.0), (19.0, -6.0, 19.0, 6.0))
-    floor = lay_floor(connecting([(x0, y0 + aside, x1, y1 + aside) for x0, y0, x1, y1 in lines]), Rule.RIGHT_HAND)
-    widths = floor.left.get(0) or floor.right[1]
-    for s in (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0):
-        assert width_at(widths, s) == pytest.approx(0.45 - 0.0075 * s, abs=0.06)
-
-
 def test_no_roads_have_no_floor() -> None:
     none = connecting(AROUND).chosen(np.zeros(4, bool))
     floor = lay_floor(none, Rule.RIGHT_HAND)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -24,8 +24,8 @@ _PASSES: Final = 2
 _MOST_STRIPS: Final = 4
 # Gaps are looked for again beside strips of more area in a junction, m².
 _LARGE_STRIPS: Final = 0.5
-# So many cross sections at once a strip goes on where its gap becomes narrower than this, m: cells do not show the
-# gap's tip, nor a narrow slit.
+# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show the
+# gap's tip.
 _GOES_ON: Final = 11
 _NARROW: Final = 1.5
 # Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
@@ -229,42 +229,25 @@ class _Strips:
         """0 for left, 1 for right, (n,)."""
         return (self.side < 0).astype(np.int64)
 
-    def chosen(self, keep: BoolArray | IntArray) -> _Strips:
-        """Return some of them."""
-        return _Strips(*(getattr(self, name)[keep] for name in _Strips.__slots__))
-
-    def ahead(
-        self, sense: int, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges
-    ) -> tuple[_Strips, BoolArray]:
-        """Return strips at the next cross sections, in a sense along roads, as long as they are narrow or become so.
-
-        The second array says which of them are the last of those looked at, and may go on.
-        """
-        steps = np.arange(1, _GOES_ON + 1)
-        ahead = np.clip(self.section[:, None] + sense * steps, 0, len(sections.road) - 1)
-        same = sections.road[ahead] == sections.road[self.section, None]
-        same &= ahead == self.section[:, None] + sense * steps
-        each = self.chosen(np.repeat(np.arange(len(same)), len(steps)))
-        reach = meet(ahead.ravel(), each.side, each.reach, each.other, sections, roads, edges).reshape(ahead.shape)
-        good = same & (reach > 0.0) & (reach < _NARROW)
-        good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
-        keep = np.logical_and.accumulate(good, axis=1).ravel()
-        whole = np.broadcast_to(steps == _GOES_ON, ahead.shape).ravel()
-        return replace(each, section=ahead.ravel(), reach=reach.ravel()).chosen(keep), whole[keep]
-
 
 def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges) -> _Strips:
     """Return how strips go on beyond both of their ends, where cells of lanes hide how narrow gaps end."""
-    section, side = strips.section, strips.side
+    section, side, last = strips.section, strips.side, len(sections.road) - 1
     apart = (np.diff(section) != 1) | (np.diff(side) != 0) | (np.diff(sections.road[section]) != 0)
-    found = [strips.chosen(np.zeros(len(section), bool))]
+    steps = np.arange(1, _GOES_ON + 1)
+    found: list[_Strips] = []
     for sense, ends in ((-1, np.append(True, apart)), (1, np.append(apart, True))):
-        here = strips.chosen(ends & (strips.other >= 0))
-        while len(here.section):
-            ahead, whole = here.ahead(sense, sections, roads, edges)
-            found.append(ahead)
-            # Narrow slits are as long as the lanes beside them.
-            here = ahead.chosen(whole)
+        k = np.flatnonzero(ends & (strips.other >= 0))
+        ahead = np.clip(section[k, None] + sense * steps, 0, last)
+        same = sections.road[ahead] == sections.road[section[k], None]
+        flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other, strips.paved))
+        sides, reach, other, paved = flat
+        reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
+        good = same & (reach > 0.0) & (reach < _NARROW)
+        good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
+        good = np.logical_and.accumulate(good, axis=1)
+        keep = good.ravel()
+        found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], paved[keep], reach.ravel()[keep]))
     return _Strips(*(np.concatenate([getattr(item, name) for item in found]) for name in _Strips.__slots__))
 
 
