@@ -114,7 +114,7 @@ def test_without_bounds_memory_errors_stay_what_they_are() -> None:
 
 @pytest.mark.parametrize(
     ("bound", "words"),
-    [(("--timeout", "0.8"), "longer than --timeout 0.8 s"), (("--max-memory", "200M"), "--max-memory 200 MB")],
+    [(("--timeout", "3"), "longer than --timeout 3 s"), (("--max-memory", "200M"), "--max-memory 200 MB")],
 )
 def test_a_bounded_run_says_why_it_stops_and_leaves_nothing(
     tmp_path: Path, bound: tuple[str, str], words: str
