@@ -14,7 +14,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_SPACING
 from osm2xodr.geometry.lanes import Piece, cross_section
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.geometry.plan_view.parallel_places import TightPlaces, tight_places
+from osm2xodr.geometry.plan_view.parallel_places import TightPlaces, places_abreast, tight_places
 from osm2xodr.geometry.plan_view.streets import FittedStreets
 from osm2xodr.model import VEHICLE_LANES, FloatArray, IntArray, LaneSpec, Rule, StreetAttributes, StreetNetwork
 
@@ -30,10 +30,11 @@ def separate_parallel_streets(
     OSM gives the middle of carriageways, seldom their width, and neither is exact. What they lack is shared by how
     uncertain both are (least squares). Then lanes become as narrow as is needed still.
     """
-    tight = tight_places(network, fitted)
+    abreast = places_abreast(network, fitted)
+    tight = tight_places(abreast, fitted)
     tight = tight.rows(np.flatnonzero(np.abs(tight.aside) > _LEAST_ASIDE))
     moved = _changed(fitted, tight, network.rule, partial(_moved, diagnostics))
-    tight = tight_places(network, moved)
+    tight = tight_places(abreast, moved)
     tight = tight.rows(np.flatnonzero(tight.share < 1.0))
     return _changed(moved, tight, network.rule, partial(_narrowed, diagnostics))
 

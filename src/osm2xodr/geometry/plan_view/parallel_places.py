@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -21,7 +20,7 @@ from osm2xodr.geometry.defaults import (
 )
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.streets import FittedStreets
-from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetAttributes, StreetNetwork
 
 # Streets side by side lack less than this share of their widths: others lie on each other. A choice.
 _MOST_LACK: Final = 0.5
@@ -61,63 +60,103 @@ class _Places:
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
-    piece: IntArray  # (n,) Piece of its street, over all streets
+
+    @classmethod
+    def on(cls, plan: PlanView, street: IntArray, s: FloatArray) -> _Places:
+        """Return the places at s of streets."""
+        return cls(street, s, *pose(plan, street, s))
 
     def chosen(self, rows: IntArray) -> _Places:
         """Return some of them."""
         return _Places(*(getattr(self, item.name)[rows] for item in fields(_Places)))
 
 
-def tight_places(network: StreetNetwork, fitted: FittedStreets) -> TightPlaces:
-    """Find the places along streets at which a parallel street leaves too little room."""
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacesAbreast:
+    """Places along streets that lie beside a place of another street, (n,), whatever the widths of both."""
+
+    street: IntArray
+    s: FloatArray  # m
+    # The other street, and where on it, m
+    other: IntArray
+    other_s: FloatArray
+    left: FloatArray  # How far to the left the other one lies, m
+    same_way: BoolArray  # Whether it runs the same way
+
+
+def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbreast:
+    """Find the places along streets that lie beside other streets."""
     plan = fitted.plan_view
-    first = starts([len(pieces) for pieces in fitted.pieces])
-    every = [piece for pieces in fitted.pieces for piece in pieces]
-    begin = np.array([s for s, _, _ in every])
-    sides = _sides(fitted)
-    layer = np.array([attributes.layer for _, attributes, _ in every])
     length = lengths(plan)
-
-    def places(street: IntArray, s: FloatArray) -> _Places:
-        x, y, hdg = pose(plan, street, s)
-        return _Places(street, s, x, y, hdg, find_record(first, begin, street, s))
-
     # Places `PARALLEL_SPACING` or a little more apart along all streets.
     count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
-    street = np.repeat(np.arange(len(length)), count)
-    if len(street) < 2:
-        none, empty = np.zeros(0, np.int64), np.zeros(0)
-        return TightPlaces(none, none, empty, empty, empty)
-    spaced = places(street, (ranks(count) + 0.5) * (length / count)[street])
-    pairs = cKDTree(np.column_stack([spaced.x, spaced.y])).query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
+    spaced = _Places.on(
+        plan, np.repeat(np.arange(len(length)), count), (ranks(count) + 0.5) * np.repeat(length / count, count)
+    )
+    pairs = np.zeros((0, 2), np.int64)
+    if len(spaced.s) > 1:
+        tree = cKDTree(np.column_stack([spaced.x, spaced.y]))
+        pairs = tree.query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
     one, other = np.ascontiguousarray(pairs.T)
-    apart = (spaced.street[one] != spaced.street[other]) & (layer[spaced.piece[one]] == layer[spaced.piece[other]])
+    sides = _sides(fitted)
+    piece = sides.at(spaced.street, spaced.s)
+    apart = (spaced.street[one] != spaced.street[other]) & (sides.layer[piece[one]] == sides.layer[piece[other]])
     one, other = one[apart], other[apart]
     sine = np.abs(np.sin(spaced.hdg[one] - spaced.hdg[other]))
-    parallel, half = sine < PARALLEL_SINE, sides.edges.max(axis=1)[spaced.piece]
+    parallel, half = sine < PARALLEL_SINE, sides.edges.max(axis=1)[piece]
     distance = np.hypot(spaced.x[one] - spaced.x[other], spaced.y[one] - spaced.y[other])
     bent = np.flatnonzero(
         ~parallel & (sine < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
     )
-    a, b = one[bent], other[bent]
-    bent = bent[~_near_shared_node(network, spaced.street[a], spaced.street[b], spaced.x[a], spaced.y[a])]
-    nearest = _nearest_places(places, length, spaced.chosen(one[bent]), spaced.chosen(other[bent]))
+    bent = bent[~_near_shared_node(network, spaced.chosen(one[bent]), spaced.chosen(other[bent]))]
+    nearest = _nearest_places(plan, length, spaced.chosen(one[bent]), spaced.chosen(other[bent]))
     found = [
-        _tight(network, p, q, slack, sides)
+        _abreast(network, p, q, slack)
         for a, b, slack in (
             (spaced.chosen(one[parallel]), spaced.chosen(other[parallel]), 0.5 * PARALLEL_SPACING),
             (*nearest, _BEND_SPACING),
         )
         for p, q in ((a, b), (b, a))
     ]
-    columns = [np.concatenate([getattr(part, item.name) for part in found]) for item in fields(TightPlaces)]
-    return TightPlaces(*columns).rows(np.lexsort((columns[2], columns[1])))
+    return PlacesAbreast(
+        *(np.concatenate([getattr(part, item.name) for part in found]) for item in fields(PlacesAbreast))
+    )
+
+
+def tight_places(abreast: PlacesAbreast, fitted: FittedStreets) -> TightPlaces:
+    """Return the places at which streets, as wide as they are now, leave too little room for both."""
+    sides = _sides(fitted)
+    one, two = sides.at(abreast.street, abreast.s), sides.at(abreast.other, abreast.other_s)
+    own = sides.edges[one, np.where(abreast.left > 0, 0, 1)]
+    other = sides.edges[two, np.where((abreast.left > 0) == abreast.same_way, 1, 0)]
+    overlap = own + other - np.abs(abreast.left)
+    motorways = sides.motorway[one] & sides.motorway[two] & ~abreast.same_way
+    lack = overlap + np.where(motorways, LEAST_MEDIAN, PARALLEL_GAP)
+    beside = (overlap < _MOST_LACK * (own + other)) & (own > 0) & (other > 0)
+    chosen = np.flatnonzero(beside & (lack > _LEAST_LACK))
+    chosen = chosen[np.lexsort((abreast.s[chosen], one[chosen]))]
+    one, two, overlap, lack = one[chosen], two[chosen], overlap[chosen], lack[chosen]
+    # Of two carriageways with lanes that OSM's line may leave aside it is the one with more of them.
+    more, less = sides.of_place[one], sides.of_place[two]
+    line = sides.of_line[one] + np.where(more >= less, more, 0.0)
+    other_line = sides.of_line[two] + np.where(less >= more, less, 0.0)
+    both = sides.of_width[one] + sides.of_width[two]
+    aside = -np.sign(abreast.left[chosen]) * lack * line / (line + other_line + both)
+    most = (1.0 - defaults.NARROWEST_SHARE) * sides.half
+    lack = np.maximum(overlap + PARALLEL_GAP, 0.0)
+    narrower = np.minimum(np.maximum(lack * sides.of_width[one] / both, lack - most[two]), most[one])
+    share = np.floor(100.0 * (1.0 - narrower / sides.half[one]) + _ROUNDING) / 100.0
+    return TightPlaces(abreast.street[chosen], one, abreast.s[chosen], aside, share)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sides:
     """What streets beside a piece of a street want to know of it."""
 
+    # (streets + 1,) Index of each street's first piece; (pieces,) where each begins, m, and its layer
+    first: IntArray
+    begin: FloatArray
+    layer: IntArray
     edges: FloatArray  # (pieces, 2) Distance of its left and right edge from OSM's line, m
     half: FloatArray  # (pieces,) Half of its width, m
     motorway: BoolArray  # (pieces,)
@@ -126,14 +165,21 @@ class _Sides:
     of_place: FloatArray
     of_width: FloatArray
 
+    def at(self, street: IntArray, s: FloatArray) -> IntArray:
+        """Return the pieces at s of streets, (n,)."""
+        return find_record(self.first, self.begin, street, s)
+
 
 def _sides(fitted: FittedStreets) -> _Sides:
     """Return what streets beside them want to know of all pieces."""
     every = [piece for pieces in fitted.pieces for piece in pieces]
+    first = starts([len(pieces) for pieces in fitted.pieces])
+    begin = np.array([s for s, _, _ in every])
+    layer = np.array([attributes.layer for _, attributes, _ in every], np.int64)
     edges = np.array([(section.left_edge, -section.right_edge) for _, _, section in every]).reshape(-1, 2)
     motorway = np.array([attributes.highway == "motorway" for _, attributes, _ in every], bool)
     variances = np.array([_variances(attributes) for _, attributes, _ in every]).reshape(-1, 3)
-    return _Sides(edges, edges.mean(axis=1), motorway, *variances.T)
+    return _Sides(first, begin, layer, edges, edges.mean(axis=1), motorway, *variances.T)
 
 
 def _variances(attributes: StreetAttributes) -> tuple[float, float, float]:
@@ -149,9 +195,7 @@ def _variances(attributes: StreetAttributes) -> tuple[float, float, float]:
     return line**2, place**2, (0.5 * width) ** 2
 
 
-def _nearest_places(
-    places: Callable[[IntArray, FloatArray], _Places], length: FloatArray, a: _Places, b: _Places
-) -> tuple[_Places, _Places]:
+def _nearest_places(plan: PlanView, length: FloatArray, a: _Places, b: _Places) -> tuple[_Places, _Places]:
     """Return where two streets come nearest to each other around places of theirs, if they run side by side there.
 
     A street in a bend may touch another one between two places that are not abreast.
@@ -160,7 +204,7 @@ def _nearest_places(
     around = []
     for item in (a, b):
         s = np.clip(item.s[:, None] + steps, 0.0, length[item.street][:, None])
-        around.append(places(np.repeat(item.street, len(steps)), s.ravel()))
+        around.append(_Places.on(plan, np.repeat(item.street, len(steps)), s.ravel()))
     p, q = around
     shape = (len(a.s), len(steps))
     dx = p.x.reshape(shape)[:, :, None] - q.x.reshape(shape)[:, None, :]
@@ -172,52 +216,28 @@ def _nearest_places(
     return p.chosen(parallel), q.chosen(parallel)
 
 
-def _tight(network: StreetNetwork, a: _Places, b: _Places, slack: float, sides: _Sides) -> TightPlaces:
-    """Return which of places a lie beside places b of other streets, both (n,), with too little room.
+def _abreast(network: StreetNetwork, a: _Places, b: _Places, slack: float) -> PlacesAbreast:
+    """Return which of places a lie beside places b of other streets, both (n,), and are no arms of one junction.
 
     Places are abreast if one is at most `slack` ahead of the other, m.
     """
     dx, dy = b.x - a.x, b.y - a.y
-    ds = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
-    dt = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
-    abreast = np.abs(ds) <= slack + _ABREAST_SLACK
-    abreast &= ~_near_shared_node(network, a.street, b.street, a.x, a.y)
-    a, b, dt = a.chosen(np.flatnonzero(abreast)), b.chosen(np.flatnonzero(abreast)), dt[abreast]
-    same_way = np.cos(a.hdg - b.hdg) > 0
-    own = sides.edges[a.piece, np.where(dt > 0, 0, 1)]
-    other = sides.edges[b.piece, np.where((dt > 0) == same_way, 1, 0)]
-    overlap = own + other - np.abs(dt)
-    motorways = sides.motorway[a.piece] & sides.motorway[b.piece] & ~same_way
-    lack = overlap + np.where(motorways, LEAST_MEDIAN, PARALLEL_GAP)
-    beside = (overlap < _MOST_LACK * (own + other)) & (own > 0) & (other > 0)
-    chosen = np.flatnonzero(beside & (lack > _LEAST_LACK))
-    one, two = a.piece[chosen], b.piece[chosen]
-    # Of two carriageways with lanes that OSM's line may leave aside it is the one with more of them.
-    more, less = sides.of_place[one], sides.of_place[two]
-    line, other_line = (
-        sides.of_line[one] + np.where(more >= less, more, 0),
-        sides.of_line[two] + np.where(less >= more, less, 0),
-    )
-    both = sides.of_width[one] + sides.of_width[two]
-    aside = -np.sign(dt[chosen]) * lack[chosen] * line / (line + other_line + both)
-    most = (1.0 - defaults.NARROWEST_SHARE) * sides.half
-    lack = np.maximum(overlap[chosen] + PARALLEL_GAP, 0.0)
-    narrower = np.minimum(np.maximum(lack * sides.of_width[one] / both, lack - most[two]), most[one])
-    share = np.floor(100.0 * (1.0 - narrower / sides.half[one]) + _ROUNDING) / 100.0
-    return TightPlaces(a.street[chosen], one, a.s[chosen], aside, share)
+    ahead = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
+    left = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
+    rows = np.flatnonzero((np.abs(ahead) <= slack + _ABREAST_SLACK) & ~_near_shared_node(network, a, b))
+    a, b = a.chosen(rows), b.chosen(rows)
+    return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], np.cos(a.hdg - b.hdg) > 0)
 
 
-def _near_shared_node(
-    network: StreetNetwork, one: IntArray, other: IntArray, x: FloatArray, y: FloatArray
-) -> BoolArray:
-    """Say which places x, y are close to a node at which both streets end: there they are arms of one junction."""
+def _near_shared_node(network: StreetNetwork, a: _Places, b: _Places) -> BoolArray:
+    """Say which places a are close to a node at which their streets and those of b end: arms of one junction."""
     xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
     ends = np.array([(street.start, street.end) for street in network.streets])
     fast = np.array([any(item.highway in FAST_HIGHWAYS for _, item in street.pieces) for street in network.streets])
-    reach = np.where(fast[one] | fast[other], ARM_REACH_MOTORWAY, ARM_REACH)
-    near = np.zeros(len(one), bool)
+    reach = np.where(fast[a.street] | fast[b.street], ARM_REACH_MOTORWAY, ARM_REACH)
+    near = np.zeros(len(a.s), bool)
     for p in (0, 1):
-        node = ends[one, p]
-        shared = (node >= 0) & ((node == ends[other, 0]) | (node == ends[other, 1]))
-        near |= shared & (np.hypot(x - xy[node, 0], y - xy[node, 1]) < reach)
+        node = ends[a.street, p]
+        shared = (node >= 0) & ((node == ends[b.street, 0]) | (node == ends[b.street, 1]))
+        near |= shared & (np.hypot(a.x - xy[node, 0], a.y - xy[node, 1]) < reach)
     return near
