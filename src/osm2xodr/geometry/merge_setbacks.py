@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
+from osm2xodr.curves import heading_change, lengths, smallest_radius, wrapped
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.connections import ConnectingRoads, connect, tangents
+from osm2xodr.geometry.connections import ConnectingRoads, Poses, Turns, connect, tangents
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
-from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import Direction, FloatArray, IntArray
-
-Poses = tuple[FloatArray, FloatArray, FloatArray]
-"""x, y, m, and heading, rad, each (n,)."""
 
 # Stems are set back in at most so many rounds, in each by this much at most, m, and by this much at least.
 _ROUNDS: Final = 8
@@ -40,28 +38,21 @@ def set_back_stems(
     rows = np.flatnonzero((stem >= 0) & (speed * 3.6 >= defaults.MERGE_SPEED_KMH - 1e-6))
     if not len(rows):
         return trim
-    street_end = parts.street_end()
-    entry, exit_, stem = street_end[connecting.entry[rows]], street_end[connecting.exit[rows]], street_end[stem[rows]]
-    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)[rows]
-    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)[rows]
-    radius = speed[rows] ** 2 / defaults.MERGE_ACCELERATION
+    stem = parts.street_end()[stem[rows]]
+    turns = replace(Turns.of(parts, connecting), radius=speed**2 / defaults.MERGE_ACCELERATION).chosen(rows)
     trim = trim.copy()
     farthest = np.full(len(trim), defaults.MERGE_BRANCH_MAX)
     farthest[stem] = defaults.MERGE_SETBACK_MAX
     farthest = np.minimum(layout.trim + farthest, defaults.MERGE_SHARE_MAX * _first_ways(parts))
     most = np.maximum(np.minimum(layout.most, farthest), trim)
     for _ in range(_ROUNDS):
-        x0, y0, h0 = outward_pose(ends, entry, trim[entry])
-        x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
-        start = x0 - t_in * np.sin(h0), y0 + t_in * np.cos(h0), h0 + np.pi
-        end = x1 - t_out * np.sin(h1), y1 + t_out * np.cos(h1), h1
         room = most - trim
-        before, behind, in_all = _lacking(start, end, radius, room[entry], room[exit_])
+        before, behind, in_all = _lacking(*turns.poses(ends, trim), turns.radius, room[turns.entry], room[turns.exit])
         give = np.zeros(len(trim))
-        np.maximum.at(give, entry, before)
-        np.maximum.at(give, exit_, behind)
+        np.maximum.at(give, turns.entry, before)
+        np.maximum.at(give, turns.exit, behind)
         np.maximum.at(give, stem, in_all)
-        give = np.minimum(np.minimum(give, _MOST_AT_ONCE), most - trim)
+        give = np.minimum(np.minimum(give, _MOST_AT_ONCE), room)
         if give.max() < _LEAST_AT_ONCE:
             break
         trim += give
@@ -94,9 +85,7 @@ def _lacking(
 
 def merge_stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
     """Return of each connecting road the road end that is the stem of its split or merge, (n,), -1 for none."""
-    every = np.arange(len(connecting.length))
-    before = pose(connecting.plan_view, every, np.zeros(len(every)))[2]
-    turn = np.abs(wrapped(pose(connecting.plan_view, every, lengths(connecting.plan_view))[2] - before))
+    turn = np.abs(heading_change(connecting.plan_view, np.arange(len(connecting.length))))
     cars = connecting.for_vehicles()
     junctions = int(connecting.junction.max(initial=-1)) + 1
     sharp = np.zeros(junctions, bool)

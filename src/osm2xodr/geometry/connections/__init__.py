@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.connections.arm_setbacks import set_back_arms
+from osm2xodr.geometry.connections.arm_setbacks import Turns, set_back_arms
 from osm2xodr.geometry.connections.connecting_roads import (
     ConnectingRoads,
     InnerLane,
@@ -25,6 +25,7 @@ from osm2xodr.geometry.connections.pose_to_pose import (
 )
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
+from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.tighter_ways import draw_tighter
 
 __all__ = [
@@ -32,7 +33,9 @@ __all__ = [
     "ConnectingRoads",
     "InnerLane",
     "LaneLinks",
+    "Poses",
     "Priorities",
+    "Turns",
     "beyond_streets",
     "build_connecting_roads",
     "clear_arms_at_last",

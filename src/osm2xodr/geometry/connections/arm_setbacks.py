@@ -37,8 +37,8 @@ _LARGEST_STAGGER: Final = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Turns:
-    """Turns that lack room, from one street end to another, all (n,)."""
+class Turns:
+    """Turns from one street end to another, all (n,)."""
 
     entry: IntArray  # Street ends
     exit: IntArray
@@ -47,9 +47,17 @@ class _Turns:
     t_out: FloatArray
     radius: FloatArray  # What the turn should have, m
 
-    def chosen(self, rows: IntArray | BoolArray) -> _Turns:
+    @classmethod
+    def of(cls, parts: RoadParts, connecting: ConnectingRoads) -> Turns:
+        """Return those of connecting roads, with no radius that they should have."""
+        street_end = parts.street_end()
+        t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
+        t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
+        return cls(street_end[connecting.entry], street_end[connecting.exit], t_in, t_out, np.zeros(len(t_in)))
+
+    def chosen(self, rows: IntArray | BoolArray) -> Turns:
         """Return some of them."""
-        return _Turns(self.entry[rows], self.exit[rows], self.t_in[rows], self.t_out[rows], self.radius[rows])
+        return Turns(self.entry[rows], self.exit[rows], self.t_in[rows], self.t_out[rows], self.radius[rows])
 
     def poses(self, ends: StreetEnds, trim: FloatArray) -> tuple[Poses, Poses]:
         """Return where cars leave their entry lanes and reach their exit lanes if streets are trimmed like this."""
@@ -96,7 +104,7 @@ def _most_at_last(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray) ->
 
 
 def _set_back(
-    ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns, room: FloatArray | float = np.inf
+    ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: Turns, room: FloatArray | float = np.inf
 ) -> FloatArray:
     """Return how much each street end gives so that turns have room, at most so much, (ends,), m.
 
@@ -118,16 +126,14 @@ def _set_back(
     return trim
 
 
-def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> _Turns:
+def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> Turns:
     """Return the turns that lack room."""
-    street_end = parts.street_end()
-    entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
-    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
-    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
+    every = Turns.of(parts, connecting)
+    lanes = every.entry, every.exit, every.t_in, every.t_out
     width = np.minimum(connecting.entry_width, connecting.exit_width)
-    hdg_in, hdg_out = (outward_pose(ends, end, layout.trim[end])[2] for end in (entry, exit_))
-    radius = turning_radii(ends, entry, exit_, t_in, t_out, width, wrapped(hdg_out - hdg_in - np.pi))[0]
-    every = _Turns(entry, exit_, t_in, t_out, radius)
+    hdg_in, hdg_out = (outward_pose(ends, end, layout.trim[end])[2] for end in lanes[:2])
+    radius = turning_radii(ends, *lanes, width, wrapped(hdg_out - hdg_in - np.pi))[0]
+    every = replace(every, radius=radius)
     # Loops that turn back on their arm have their own room; bicycles need less than cars.
     plain = (connecting.entry != connecting.exit) & connecting.for_vehicles()
     lacking = _lack_room(connecting.plan_view, radius) & plain
@@ -147,7 +153,7 @@ def _curves(start: Poses, end: Poses) -> PlanView:
     return connect(*start, *end)
 
 
-def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
+def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: Turns) -> FloatArray:
     """Return how far each arm would have to be set back for its turns, as far as that helps, (ends,), m."""
     (x0, y0, h0), (x1, y1, h1) = turns.poses(ends, trim)
     before, after = tangents(x0, y0, h0, x1, y1, h1)
@@ -164,7 +170,7 @@ def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns
     return out
 
 
-def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
+def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: Turns) -> FloatArray:
     """Return how much each street end gives so that turns at acute forks are driven directly, (ends,), m.
 
     The arms of a fork end where their lanes are as far apart as a car's turning circle, if both streets have room.
