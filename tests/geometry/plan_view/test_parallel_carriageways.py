@@ -131,7 +131,8 @@ def three_streets(apart: float, tags: str) -> Case:
 
 
 def test_a_street_between_two_others_stays_and_narrows() -> None:
-    found, _ = separated(three_streets(4.88, "width=6"))
+    found, reported = separated(three_streets(4.88, "width=6"))
+    assert reported.count("moved-aside") == 2
     left, middle, right = (drawn(pieces)[0] for pieces in found.pieces)
     assert middle[1] == 0.0
     assert left[1] == pytest.approx(0.53)

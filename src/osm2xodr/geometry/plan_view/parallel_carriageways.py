@@ -84,6 +84,9 @@ def _stretches(s: FloatArray, begin: float, end: float) -> list[tuple[float, Int
 def _moved(diagnostics: Diagnostics, attributes: StreetAttributes, tight: TightPlaces) -> StreetAttributes:
     """Return a part of a street that moves away from others beside it."""
     aside = round(float(max(tight.aside.max(), 0.0) + min(tight.aside.min(), 0.0)), 2)
+    if not aside:
+        # Streets on both sides want as much.
+        return attributes
     text = f"it lies {abs(aside):.2f} m farther from a parallel road than OSM's lines, which leave no room for both"
     diagnostics.repaired("moved-aside", f"way/{attributes.osm_way_id}", text)
     return replace(attributes, moved_aside=aside)
