@@ -15,7 +15,9 @@ from osm2xodr.curves.cubics import (
     part_of_cubics,
     part_of_profile,
     profile_of,
+    smooth_step,
     stack_profiles,
+    value_of_cubics,
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
@@ -95,6 +97,7 @@ __all__ = [
     "segments_cross",
     "sharpest_curvature",
     "smallest_radius",
+    "smooth_step",
     "snap_cuts",
     "spiral_step",
     "spirals_between",
@@ -102,5 +105,6 @@ __all__ = [
     "stack_profiles",
     "starts",
     "sum_before",
+    "value_of_cubics",
     "wrapped",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,12 @@ from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 _COLUMNS: Final = ("s", "a", "b", "c", "d")
 # A cut leaves no record shorter than this, m: its neighbours say the same to less than is written.
 _SHORTEST_RECORD: Final = 1e-6
+
+
+def smooth_step(share: FloatArray) -> FloatArray:
+    """Return what rises from 0 to 1 as a share does, any shape, level at both ends: the cubic 3 u^2 - 2 u^3."""
+    out: FloatArray = share * share * (3.0 - 2.0 * share)
+    return out
 
 
 def cubic_value(
@@ -83,6 +90,13 @@ def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, e
         c + 3 * u * d,
         d,
     )
+
+
+def value_of_cubics(cubics: Sequence[Cubic], s: float, *, before: bool = False) -> float:
+    """Return piecewise cubics at s, extrapolated before the first one; `before` asks for the limit from the left."""
+    held = (item for item in cubics if item.s < s or (item.s == s and not before))
+    holding = max(held, key=attrgetter("s"), default=cubics[0])
+    return holding.at(s - holding.s)
 
 
 def part_of_cubics(cubics: Sequence[Cubic], begin: float, end: float) -> tuple[Cubic, ...]:

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import smooth_step
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids import (
     Cells,
@@ -174,7 +175,7 @@ class LayeredSurface:
             at_edge = self._compose(index + 1, *item.layer.frame.positions(edge_col[outside], edge_row[outside]))[0]
             # From 1 at the footprint to 0 at the ramp's end, level at both (smoothstep).
             rest = np.clip(1.0 - (away - 0.5 * max(item.steps)) / item.layer.ramp, 0.0, 1.0)
-            z[outside] = low + (z[outside] - at_edge) * (rest * rest * (3.0 - 2.0 * rest))
+            z[outside] = low + (z[outside] - at_edge) * smooth_step(rest)
             source[outside] = np.where(measured[outside], index, low_source)
         inner_void = ~measured & ~outside
         if inner_void.any() and index + 1 < len(self._filled):

@@ -22,6 +22,7 @@ from osm2xodr.curves import (
     replace_curves,
     reverse_curves,
     smallest_radius,
+    smooth_step,
     starts,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -280,7 +281,7 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
     inner = np.ones(len(axis.s), bool)
     inner[axis.start[:-1]] = False
     share = axis.s[inner] / total[owner]
-    t = t0[owner] + (t1 - t0)[owner] * (share * share * (3 - 2 * share))
+    t = t0[owner] + (t1 - t0)[owner] * smooth_step(share)
     slope = (t1 - t0)[owner] * 6 * share * (1 - share) / total[owner]
     hdg = axis.hdg[inner]
     middle = axis.x[inner] - t * np.sin(hdg), axis.y[inner] + t * np.cos(hdg), hdg + np.arctan(slope)

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     ranks,
     replace_curves,
     smallest_radius,
+    smooth_step,
     wrapped,
 )
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
@@ -171,7 +172,7 @@ class LanePaths:
 
     def _poses(self, row: IntArray, share: FloatArray, chainage: FloatArray) -> Poses:
         path, t_in, t_out = self.path[row], self.t_in[row], self.t_out[row]
-        direct = t_in + (t_out - t_in) * (share * share * (3 - 2 * share))
+        direct = t_in + (t_out - t_in) * smooth_step(share)
         inside = np.clip(direct, self.paths.inner_right[path], self.paths.inner_left[path])
         # The lane of the inner street is reached and left over a third of the way.
         weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import smooth_step
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.ground_windows import (
     CORE,
@@ -199,7 +200,7 @@ def _ramp() -> Single:
     position = np.arange(RIM, SIZE - RIM)
     edge = np.minimum(position, SIZE - 1 - position) - _FADE_FROM * MARGIN
     t = np.clip(edge / (_FADE_OVER * MARGIN), 0.0, 1.0)
-    out: Single = (t * t * (3 - 2 * t)).astype(np.float32)
+    out: Single = smooth_step(t).astype(np.float32)
     return out
 
 

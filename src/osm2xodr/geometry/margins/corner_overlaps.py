@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, runs
+from osm2xodr.curves import pose, project, runs, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -20,7 +20,7 @@ _ABREAST: Final = 0.01
 
 def at_probes(start: FloatArray, end: FloatArray) -> FloatArray:
     """Return values that change from start to end as a smooth step, (rows,), at all probes, (rows, probes)."""
-    return np.asarray(start[:, None] + (end - start)[:, None] * (_PROBES * _PROBES * (3.0 - 2.0 * _PROBES)))
+    return start[:, None] + (end - start)[:, None] * smooth_step(_PROBES)
 
 
 def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project
+from osm2xodr.curves import pose, project, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -78,7 +78,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
     )
     bend = (np.pi - angle) * (width / 2 + defaults.CORNER_TIP_RADIUS)
     last = bend / (straight + bend)
-    wide = np.minimum(share * (more - slack), width + _FOLD / (last * last * (3.0 - 2.0 * last)))
+    wide = np.minimum(share * (more - slack), width + _FOLD / smooth_step(last))
     wide = np.maximum(width, np.where(facing & uneven, _rounded(np.minimum(wide, first.full)), width))
     slope = np.where(facing, _GENTLER, _GENTLE)
     parallel = (room < first.full[:, None]).all(axis=1) & (angle < _PARALLEL) & (first.u[:, -1] > _LONG)
@@ -189,7 +189,7 @@ def _round_corner(
 ) -> tuple[FloatArray, FloatArray]:
     """Return places on the back edge of a corner beyond the end of its first road, the farthest first, (n, m)."""
     share = _SHARES * (1.0 - last[:, None])
-    step = share * share * (3.0 - 2.0 * share)
+    step = smooth_step(share)
     return kerbs.aside(wide[:, None] + step * (width - wide)[:, None], -_SHARES * straight[:, None])
 
 

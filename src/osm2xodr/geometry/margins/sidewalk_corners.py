@@ -21,6 +21,7 @@ from osm2xodr.curves import (
     reverse_curves,
     runs,
     smallest_radius,
+    smooth_step,
     wrapped,
 )
 from osm2xodr.geometry.connections import ConnectingRoads, connect
@@ -263,8 +264,7 @@ def _folds(rows: ConnectingRoads) -> BoolArray:
     owner = owners(plan.start)
     out = np.zeros(len(rows.length), bool)
     for s, curvature in ((plan.s, plan.curvature), (plan.s + plan.length, end_curvature(plan))):
-        share = s / rows.length[owner]
-        step = share * share * (3.0 - 2.0 * share)
+        step = smooth_step(s / rows.length[owner])
         width = rows.entry_width[owner] + step * (rows.exit_width - rows.entry_width)[owner]
         aside = rows.entry_aside[owner] + step * (rows.exit_aside - rows.entry_aside)[owner]
         reach = width / 2 + np.sign(curvature) * aside + defaults.CORNER_TIP_RADIUS

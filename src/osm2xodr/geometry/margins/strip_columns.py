@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import part_of_cubics
+from osm2xodr.curves import part_of_cubics, value_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
 from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.margins import defaults
@@ -146,7 +146,7 @@ def _with_notch(widths: Sequence[Cubic], notch: Notch, length: float) -> list[Cu
     # Strips may begin or end in the notch.
     borders = sorted([begin, notch.start, notch.end, end, *(item.s for item in widths if begin < item.s < end)])
     places = [begin, *(s for before, s in pairwise(borders) if s - before > defaults.SAME_PLACE)]
-    values = [min(_value(widths, s), notch.reach_at(s)) for s in places]
+    values = [min(value_of_cubics(widths, s), notch.reach_at(s)) for s in places]
     pieces = zip(pairwise(places), pairwise(values), strict=True)
     return [
         *(item for item in widths if item.s < begin),
@@ -166,7 +166,7 @@ def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -
         return [_interpolated(limit, s) for limit, (low, high) in zip(limits, zones, strict=True) if low < s < high]
 
     def wide(s: float) -> float:
-        return ends.get(s, min([_value(widths, s), *within(s)]))
+        return ends.get(s, min([value_of_cubics(widths, s), *within(s)]))
 
     near = [item.s for item in widths if within(item.s)]
     places = _apart([0.0, length, *near, *(s for limit in limits for s, _ in limit if 0.0 < s < length)])
@@ -180,11 +180,6 @@ def _narrowed(widths: Sequence[Cubic], wedges: Sequence[Wedge], length: float) -
         else:
             out += [Cubic(begin + c.s, c.a, c.b, c.c, c.d) for c in part_of_cubics(widths, begin, end)]
     return out
-
-
-def _value(cubics: Sequence[Cubic], s: float) -> float:
-    holding = max((item for item in cubics if item.s <= s), key=lambda item: item.s)
-    return holding.at(s - holding.s)
 
 
 def _apart(places: Sequence[float]) -> list[float]:

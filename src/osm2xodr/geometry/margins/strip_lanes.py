@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
-from osm2xodr.curves import part_of_cubics
+from osm2xodr.curves import part_of_cubics, value_of_cubics
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strip_columns import Column, columns_of, present, widths_of
@@ -108,7 +108,7 @@ class _Side:
 
         ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section has no link beyond it.
         """
-        return self._id(k, column) if _width_at(self.widths[column], s) > _NO_WIDTH else None
+        return self._id(k, column) if value_of_cubics(self.widths[column], s, before=True) > _NO_WIDTH else None
 
 
 def _is_step(inner: float, outer: float) -> bool:
@@ -128,9 +128,3 @@ def _with_kerbs(lanes: tuple[Lane, ...], left: Sequence[Lane], right: Sequence[L
         else lane
         for lane in lanes
     )
-
-
-def _width_at(cubics: Sequence[Cubic], s: float) -> float:
-    """Return the value of piecewise cubics at s; on a border, that before it."""
-    holding = max((item for item in cubics if item.s < s), key=lambda item: item.s, default=cubics[0])
-    return holding.at(s - holding.s)

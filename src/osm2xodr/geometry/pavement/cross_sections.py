@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from osm2xodr.curves import advance, find_record, places_along
+from osm2xodr.curves import advance, find_record, places_along, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
@@ -40,8 +40,7 @@ class LaneEdges:
 
     def at(self, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and the right edge at s of roads, all (n,), m."""
-        u = s / self.length[road]
-        blend = u * u * (3.0 - 2.0 * u)
+        blend = smooth_step(s / self.length[road])
         left = self.left_start[road] + blend * (self.left_end - self.left_start)[road]
         right = self.right_start[road] + blend * (self.right_end - self.right_start)[road]
         return left, right
