@@ -18,7 +18,7 @@ from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.even_steps import plan_of_even_steps
-from osm2xodr.xodrWriter.flat_arcs import without_flat_arcs
+from osm2xodr.xodrWriter.flat_curves import without_flat_curves
 from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
@@ -45,7 +45,7 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    road_map = replace(with_exits_for_all(road_map, words), plan_view=without_flat_arcs(road_map.plan_view))
+    road_map = replace(with_exits_for_all(road_map, words), plan_view=without_flat_curves(road_map.plan_view))
     if target.polyline_step:
         road_map = replace(road_map, plan_view=plan_of_even_steps(road_map, target.polyline_step))
     how = {
