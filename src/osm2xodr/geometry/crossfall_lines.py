@@ -25,6 +25,7 @@ from osm2xodr.curves import (
     profile_of,
     replace_curves,
     smallest_radius,
+    smooth_step,
     starts,
     wrapped,
 )
@@ -266,9 +267,10 @@ def lane_widths_on(lines: CrossfallLines, connecting: ConnectingRoads) -> dict[i
 def _lane_widths(lines: CrossfallLines, connecting: ConnectingRoads) -> Kinked:
     """Return the widths of lanes where the normals of their lines cut them, m: they change in a smooth step."""
     wider, curve = lines.wider, lines.row[lines.wider.curve]
-    length, begin = connecting.length[curve], connecting.entry_width[curve]
-    u, rise = wider.s / length, connecting.exit_width[curve] - begin
-    width, slope = begin + rise * (3.0 * u * u - 2.0 * u * u * u), 6.0 * rise * (u - u * u) / length
+    start, begin = connecting.change_start()[curve], connecting.entry_width[curve]
+    over, rise = connecting.length[curve] - start, connecting.exit_width[curve] - begin
+    u = np.maximum(wider.s - start, 0.0) / over
+    width, slope = begin + rise * smooth_step(u), 6.0 * rise * (u - u * u) / over
     before, after = (slope * wider.value + width * change for change in (wider.before, wider.after))
     return Kinked(wider.start, wider.s, width * wider.value, before, after)
 

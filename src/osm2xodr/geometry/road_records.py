@@ -8,10 +8,11 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
-from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
+from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_cubic
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.pavement import Floor
 from osm2xodr.model import (
@@ -168,6 +169,7 @@ def connecting_road_records(
         connecting.exit_lane,
         connecting.entry_width,
         connecting.exit_width,
+        connecting.change_start(),
         connecting.length,
         _own_lanes(connecting, rule),
         connecting.height,
@@ -175,10 +177,10 @@ def connecting_road_records(
     out: list[Road] = []
     widths = lane_widths_on(lines, connecting)
     rows = zip(*(column.tolist() for column in columns), strict=True)
-    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(rows):
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, start, length, own, height) in enumerate(rows):
         inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
-        rest = length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
+        rest = (start, length) if tapers else (0.0, 0.0), types[entry][0].speed, connecting.access[k]
         edges = marks.get(k, (NO_MARK, NO_MARK))
         key = own, inner, outermost, rest, widths.get(k), edges
         if key not in known:
@@ -220,7 +222,7 @@ def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
 def _lanes_through(
     own: int,
     across: tuple[InnerLane, ...],
-    length: float,
+    change: tuple[float, float],
     speed: float | None,
     access: Access,
     widths: tuple[Cubic, ...] | None,
@@ -228,16 +230,16 @@ def _lanes_through(
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for.
 
-    `speed` (m/s) is the limit of its lanes for vehicles; `access` and `widths` are those of the lane that it
-    is for; without the latter its width is blended. `edges` are the marks on the reference line and on that lane's
-    outer edge.
+    Lanes change their width from one s to the other of `change`, m. `speed` (m/s) is the limit of those for vehicles;
+    `access` and `widths` are those of the lane that it is for; without the latter its width is blended. `edges` are
+    the marks on the reference line and on that lane's outer edge.
     """
     side = 1 if own > 0 else -1
     lanes = [
         Lane(
             side * number,
             item.type,
-            widths or (_blend(length, item.entry_width, item.exit_width),),
+            widths or _blend(*change, item.entry_width, item.exit_width),
             item.entry_lane,
             item.exit_lane,
             edges[1] if number == abs(own) else NO_MARK,
@@ -280,8 +282,12 @@ def _with_strips(
     return (LaneSection(sections[0].s, (*outer[0], *lanes, *outer[1])),)
 
 
-def _blend(length: float, start: float, end: float) -> Cubic:
-    return Cubic(0.0, start) if start == end else smooth_step(0.0, length, start, end)
+def _blend(begin: float, end: float, before: float, after: float) -> tuple[Cubic, ...]:
+    """Return cubics of what changes between two places in a smooth step, from s = 0 on."""
+    if before == after:
+        return (Cubic(0.0, before),)
+    step = smooth_cubic(begin, end - begin, before, after)
+    return (Cubic(0.0, before), step) if begin > 0.0 else (step,)
 
 
 def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule, lines: CrossfallLines) -> CubicProfile:
@@ -292,11 +298,18 @@ def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule, lines: Cros
     start = side * (connecting.entry_width + 2 * inner[0]) + connecting.entry_aside
     end = side * (connecting.exit_width + 2 * inner[1]) + connecting.exit_aside
     bent = np.flatnonzero(start != end)
-    columns = (column[bent].tolist() for column in (connecting.length, start, end))
-    steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
-    c, d = np.zeros(n), np.zeros(n)
-    c[bent], d[bent] = [step.c for step in steps], [step.d for step in steps]
-    usual = CubicProfile(np.arange(n + 1), np.zeros(n), start, np.zeros(n), c, d)
+    begin = np.zeros(n)
+    begin[bent] = connecting.change_start()[bent]
+    columns = (column[bent].tolist() for column in (connecting.length - begin, start, end))
+    steps = [smooth_cubic(0.0, *values) for values in zip(*columns, strict=True)]
+    # Where it begins to change behind the start, a record before it holds until then.
+    first = starts(1 + (begin > 0.0))
+    row = owners(first)
+    s, c, d = np.zeros(len(row)), np.zeros(len(row)), np.zeros(len(row))
+    changing = first[1:] - 1
+    s[changing] = begin
+    c[changing[bent]], d[changing[bent]] = [step.c for step in steps], [step.d for step in steps]
+    usual = CubicProfile(first, s, start[row], np.zeros(len(row)), c, d)
     if not len(lines.row):
         return usual
     return lane_offsets_beside(lines, connecting, 2.0 * side, usual)

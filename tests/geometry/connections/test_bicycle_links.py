@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from street_cases import Case
 
+from osm2xodr.curves import cubic_value, lengths, value_of_cubics
 from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneLink, LaneMovement, assign_lanes
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
@@ -97,3 +99,34 @@ def test_where_a_bicycle_lane_ends_bicycles_join_the_cars_and_no_car_its_lane(ru
     ]
     car = LaneType.DRIVING, 1, 1
     assert sorted(through) == sorted([car, car, (LaneType.BIKING, 2, 1)])
+
+
+@EITHER
+def test_bicycles_that_join_cars_keep_their_width_until_the_lane_for_cars_begins(rule: Rule) -> None:
+    # Far arms: the way through the junction is longer than it takes to widen by 1 in 5.
+    nodes = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "s": (0.0, -100.0)}
+    ways = {
+        1: ("w a", "oneway=yes lanes=1 width=5 cycleway=lane cycleway:width=1.5 maxspeed=50"),
+        2: ("a e", "oneway=yes lanes=1 width=2.5 maxspeed=50"),
+        3: ("s a", "lanes=6 width=30 oneway=yes maxspeed=50"),
+    }
+    case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
+    road_map = case.build(rule)
+    number, lane = next(
+        (k, lane)
+        for k, road in enumerate(road_map.roads)
+        if road.junction is not None
+        for lane in road.lane_sections[0].lanes
+        if lane.type is LaneType.BIKING and lane.predecessor is not None
+    )
+    length = float(lengths(road_map.plan_view)[number])
+    s = np.linspace(0.0, length, 201)
+    width = np.array([value_of_cubics(lane.widths, float(place)) for place in s])
+    offset = cubic_value(road_map.lane_offset, np.full(201, number), s)
+    assert width[[0, -1]] == pytest.approx([1.5, 2.5], abs=1e-9)
+    # A smooth step by 1 m that is steepest at 1 in 5 is 7.5 m long.
+    assert length > 9.0
+    assert width[s < length - 7.5] == pytest.approx(1.5, abs=1e-9)
+    assert np.abs(np.diff(width) / np.diff(s)).max() == pytest.approx(0.2, abs=1e-3)
+    # The reference line stays in the middle.
+    assert np.abs(offset) == pytest.approx(width / 2, abs=1e-9)

@@ -15,7 +15,7 @@ from street_cases import Case
 
 from osm2xodr.conventions import find_country
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes import smooth_step, without_repeats
+from osm2xodr.geometry.lanes import smooth_cubic, without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
 from osm2xodr.geometry.lanes.tapers import sharp_joints, taper_zones
@@ -136,7 +136,7 @@ def test_lanes_that_go_on_stay_where_placement_holds_them() -> None:
 
 
 def test_a_smooth_step_has_no_slope_at_its_ends() -> None:
-    cubic = smooth_step(5.0, 20.0, 1.0, 4.0)
+    cubic = smooth_cubic(5.0, 20.0, 1.0, 4.0)
 
     def value(ds: float) -> float:
         return cubic.a + ds * (cubic.b + ds * (cubic.c + ds * cubic.d))

@@ -18,6 +18,7 @@ from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
 from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
 from osm2xodr.geometry.connections.turning_radii import turning_radii
+from osm2xodr.geometry.defaults import STEEPEST_WIDTH
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import (
@@ -87,6 +88,16 @@ class ConnectingRoads:
     def for_vehicles(self) -> BoolArray:
         """Return which of them are for motor vehicles, (n,)."""
         return np.array([kind in VEHICLE_LANES for kind in self.lane_type], bool)
+
+    def change_start(self) -> FloatArray:
+        """Return from where on lanes change, in a smooth step to their ends, from one width to the other, s, (n,), m.
+
+        That is their start; but bicycle lanes that join a wider lane for cars keep their width as long as they can.
+        """
+        bicycles = np.array([kind is LaneType.BIKING for kind in self.lane_type], bool)
+        # A smooth step is steepest in its middle.
+        needed = 1.5 * (self.exit_width - self.entry_width) / STEEPEST_WIDTH
+        return np.where(bicycles & (needed > 0.0), np.maximum(self.length - needed, 0.0), 0.0)
 
     def there_and_back(self) -> tuple[IntArray, IntArray]:
         """Return the ways of cars there and back between the same two arms, by their rows, (pairs,)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.lanes.carriageway_lanes import smooth_step, without_repeats
+from osm2xodr.geometry.lanes.carriageway_lanes import smooth_cubic, without_repeats
 from osm2xodr.geometry.lanes.cross_sections import (
     CrossSection,
     EndLane,
@@ -46,7 +46,7 @@ __all__ = [
     "room_for_tapers",
     "sharp_joints",
     "shifted_stretch",
-    "smooth_step",
+    "smooth_cubic",
     "stretches",
     "taper_zones",
     "with_narrow_ends",

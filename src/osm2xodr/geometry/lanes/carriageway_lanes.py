@@ -192,7 +192,7 @@ def _sum(records: Sequence[Sequence[Cubic]], side: int, begin: float, end: float
 # ---------------------------------------------------------------- cubics
 
 
-def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
+def smooth_cubic(s: float, length: float, start: float, end: float) -> Cubic:
     """Return the cubic from one value to another over a length with no slope at either end."""
     rise = end - start
     return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
@@ -215,7 +215,7 @@ def gentle_step(s: float, length: float, start: float, end: float) -> list[Cubic
 def _step(s: float, length: float, start: float, end: float, round_end: float | None) -> list[Cubic]:
     """Return the cubics from one value to another over a length: a smooth step, or a line with such round ends."""
     if round_end is None:
-        return [smooth_step(s, length, start, end)]
+        return [smooth_cubic(s, length, start, end)]
     rounded = round_end * length
     slope = (end - start) / (length - rounded)
     bend, rise = slope / (2 * rounded), slope * rounded / 2

@@ -15,7 +15,7 @@ import numpy as np
 
 from osm2xodr.curves import part_of_cubics, value_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
-from osm2xodr.geometry.lanes import smooth_step, without_repeats
+from osm2xodr.geometry.lanes import smooth_cubic, without_repeats
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch, Wedge
 from osm2xodr.model import Cubic, LaneType, MarginSpec
@@ -211,9 +211,9 @@ def tapered(length: float, taper: float, start: float, middle: float, end: float
     out: list[Cubic] = []
     stays_from = 0.0
     if abs(middle - start) > _SAME_WIDTH:
-        out.append(smooth_step(0.0, taper, start, middle))
+        out.append(smooth_cubic(0.0, taper, start, middle))
         stays_from = taper
     out.append(Cubic(stays_from, middle))
     if abs(end - middle) > _SAME_WIDTH:
-        out.append(smooth_step(length - taper, taper, middle, end))
+        out.append(smooth_cubic(length - taper, taper, middle, end))
     return tuple(out)

@@ -17,6 +17,7 @@ class LaneEdges:
     """The edges of all lanes of connecting roads together at their starts and ends: t, (roads,), m."""
 
     length: FloatArray
+    change_start: FloatArray  # s from which on they change, m
     left_start: FloatArray
     left_end: FloatArray
     right_start: FloatArray
@@ -36,11 +37,12 @@ class LaneEdges:
             centre = aside - side * (width / 2 + within)
             outermost = aside + side * width / 2
             out += [np.maximum(centre, outermost), np.minimum(centre, outermost)]
-        return cls(np.maximum(roads.length, 1e-6), out[0], out[2], out[1], out[3])
+        return cls(np.maximum(roads.length, 1e-6), roads.change_start(), out[0], out[2], out[1], out[3])
 
     def at(self, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and the right edge at s of roads, all (n,), m."""
-        blend = smooth_step(s / self.length[road])
+        start = self.change_start[road]
+        blend = smooth_step(np.maximum(s - start, 0.0) / (self.length[road] - start))
         left = self.left_start[road] + blend * (self.left_end - self.left_start)[road]
         right = self.right_start[road] + blend * (self.right_end - self.right_start)[road]
         return left, right
