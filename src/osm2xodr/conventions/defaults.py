@@ -25,9 +25,10 @@ LANE_WIDTH_OTHER: Final = 3.0
 # The same in built-up areas where lanes of one direction lie beside each other, m: RASt 06, 3.00 to 3.25; streets of
 # two to four lanes one way were surveyed with 2.8 to 3.4.
 LANE_WIDTH_BESIDE_IN_TOWN: Final = 3.0
-# Width of a carriageway of one lane for one direction, m: it has room to pass a vehicle that stands. Ramps surveyed
-# with 5.0; medians of ``width``: secondary 4.7 (33 ways), tertiary 5.0 (17), residential 4.0 (79), where surveys say
-# 4.1; RASt 06 has 4.75 on main streets and 3.00 to 3.50 where only cars pass.
+# Width of a carriageway of one lane for one direction, m, parked cars not counted: it has room to pass a vehicle that
+# stands. Beside the parked cars of 40 residential streets in Berlin kerbs leave 4.0 to 4.4. Ramps surveyed with 5.0;
+# medians of ``width``: secondary 4.7 (33 ways), tertiary 5.0 (17), residential 4.0 (79), where surveys say 4.1;
+# RASt 06 has 4.75 on main streets and 3.00 to 3.50 where only cars pass.
 ONE_LANE_WIDTH: Final = MappingProxyType(
     {
         **dict.fromkeys(("motorway_link", "trunk_link"), 5.0),

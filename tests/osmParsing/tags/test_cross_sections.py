@@ -202,7 +202,8 @@ def test_every_class_has_a_sensible_width(highway: str) -> None:
     [
         ("oneway=yes lanes=1", 4.75),
         ("oneway=yes lanes=1 cycleway:right=lane", 3.25),
-        ("oneway=yes lanes=1 parking:right=lane", 3.25),
+        ("oneway=yes lanes=1 parking:right=lane", 4.75),
+        ("oneway=yes lanes=1 parking:both=lane", 4.75),
         ("oneway=yes lanes=1 sidewalk=both cycleway:right=track", 4.75),
         ("oneway=yes lanes=2", 3.0),
         ("lanes=2", 3.25),

@@ -89,8 +89,7 @@ def cross_section(
     if known_widths:
         slots = _with_known_widths(slots, known_widths)
     carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, findings)
-    parked = margins.parking_left + margins.parking_right
-    usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town, parked > 0.0)
+    usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town)
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
     chosen = default_lane_width is not None
@@ -122,11 +121,11 @@ def _access(slot: Slot, whole: Access) -> Access:
     return whole if slot.access is Access.ALL else slot.access
 
 
-def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bool, parked: bool) -> float:
-    """Return the usual width of a way's lanes for cars, m; `parked` says whether cars park beside them."""
+def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bool) -> float:
+    """Return the usual width of a way's lanes for cars, m."""
     every = (*groups.forward, *groups.both_ways, *groups.backward)
-    # A lane for bicycles or a row of parked cars gives room to pass, too.
-    alone = groups.shared or (len(every) == 1 and not parked)
+    # A lane for bicycles gives room to pass, too; a row of parked cars does not.
+    alone = groups.shared or len(every) == 1
     beside = max(sum(slot.type in MOTOR_LANES for slot in group) for group in (groups.forward, groups.backward)) > 1
     return country.lane_width(highway, alone=alone, beside_in_town=beside and in_town)
 
