@@ -20,6 +20,10 @@ TAGGED_LANE_WIDTH_MAX: Final = 10.0
 NARROW_LANE: Final = 2.5
 # Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
 CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
+# How far lanes lie aside of OSM's line where cars park along one side of them alone: 0 if all mappers drew it in the
+# middle of the lanes, 1 if in that of the carriageway with the parked cars. Both is common, so half: of 372 such ways
+# in Berlin lanes lie beside surveyed kerbs by 0.76 m (rms) with it, by 0.97 with 0 as with 1.
+LANES_BESIDE_PARKING: Final = 0.5
 # Bus and bicycle lanes, m: RASt 06, bus lanes 3.25 to 3.50, bicycle lanes 1.50 (advisory) to 1.85.
 LANE_WIDTH_BUS: Final = 3.25
 LANE_WIDTH_BICYCLE: Final = 1.5

@@ -343,43 +343,43 @@ def test_what_is_guessed_is_said_in_one_sentence() -> None:
 @pytest.mark.parametrize(
     ("tags", "lanes", "offset"),
     [
-        # Without a width nothing tells where the line is: the lanes stay about it.
-        ("lanes=2 parking:right=lane", [3.0, 3.0], 0.0),
+        # The line is the middle of the lanes or of the carriageway: halfway between.
+        ("lanes=2 parking:right=lane", [3.0, 3.0], 0.5),
         ("lanes=2 parking:both=lane", [3.0, 3.0], 0.0),
-        # 8 m: 6 for the lanes, 2 for parking on the right, so their middle is 1 m left of the line.
-        ("lanes=2 width=8 parking:right=lane", [3.0, 3.0], 1.0),
-        ("lanes=2 width=8 parking:left=lane", [3.0, 3.0], -1.0),
-        ("lanes=2 est_width=8 parking:left=lane", [3.0, 3.0], -1.0),
+        # 8 m: 6 for the lanes, 2 for parking on the right.
+        ("lanes=2 width=8 parking:right=lane", [3.0, 3.0], 0.5),
+        ("lanes=2 width=8 parking:left=lane", [3.0, 3.0], -0.5),
+        ("lanes=2 est_width=8 parking:left=lane", [3.0, 3.0], -0.5),
         ("lanes=2 width=10 parking:both=lane", [3.0, 3.0], 0.0),
         (
             "lanes=2 width=13 parking:left=lane parking:right=lane parking:right:orientation=perpendicular",
             [3.0, 3.0],
-            1.5,
+            0.75,
         ),
-        ("lanes=2 width=8 parking:right=lane parking:right:width=2.4", [2.8, 2.8], 1.2),
+        ("lanes=2 width=8 parking:right=lane parking:right:width=2.4", [2.8, 2.8], 0.6),
         # Half of it.
-        ("lanes=2 width=7 parking:right=half_on_kerb", [3.0, 3.0], 0.5),
-        ("lanes=2 width=7 parking:lane:right=parallel parking:lane:right:parallel=half_on_kerb", [3.0, 3.0], 0.5),
+        ("lanes=2 width=7 parking:right=half_on_kerb", [3.0, 3.0], 0.25),
+        ("lanes=2 width=7 parking:lane:right=parallel parking:lane:right:parallel=half_on_kerb", [3.0, 3.0], 0.25),
         # None of it.
         ("lanes=2 width=6 parking:right=on_kerb", [3.0, 3.0], 0.0),
         ("lanes=2 width=6 parking:right=street_side", [3.0, 3.0], 0.0),
         ("lanes=2 width=6 parking:right=no sidewalk=both shoulder=right cycleway:left=track", [3.0, 3.0], 0.0),
         # With a bicycle lane between.
-        ("lanes=2 width=9.5 parking:right=lane cycleway:right=lane", [3.0, 3.0, 1.5], 1.0),
-        ("oneway=yes lanes=1 width=5 parking:left=lane", [3.0], -1.0),
-        ("oneway=-1 lanes=1 width=5 parking:left=lane", [3.0], -1.0),
-        # Lanes with widths of their own: the line is the middle of the carriageway all the same.
-        ("oneway=yes lanes=1 width=5 width:lanes=3.5 parking:left=lane", [3.5], -1.0),
-        ("oneway=yes lanes=1 width:lanes=3.5 parking:left=lane", [3.5], 0.0),
+        ("lanes=2 width=9.5 parking:right=lane cycleway:right=lane", [3.0, 3.0, 1.5], 0.5),
+        ("oneway=yes lanes=1 width=5 parking:left=lane", [3.0], -0.5),
+        ("oneway=-1 lanes=1 width=5 parking:left=lane", [3.0], -0.5),
+        # Lanes with widths of their own.
+        ("oneway=yes lanes=1 width=5 width:lanes=3.5 parking:left=lane", [3.5], -0.5),
+        ("oneway=yes lanes=1 width:lanes=3.5 parking:left=lane", [3.5], -0.5),
         # Lanes of less than 2 m are none.
-        ("lanes=2 width=5 parking:right=lane", [2.0, 2.0], 1.0),
+        ("lanes=2 width=5 parking:right=lane", [2.0, 2.0], 0.5),
         # No room for a single lane: cars park beside that width, way/362290763.
         ("lanes=2 width=5.5 parking:both=lane", [2.75, 2.75], 0.0),
         ("lanes=2 width=5 parking:right=lane parking:right:orientation=perpendicular", [2.5, 2.5], 0.0),
         # ``placement`` says where among the lanes the line is.
         ("oneway=yes lanes=2 width=8 parking:right=lane placement=right_of:1", [3.0, 3.0], 0.0),
         ("oneway=yes lanes=2 width=8 parking:right=lane placement=left_of:1", [3.0, 3.0], -3.0),
-        ("oneway=yes lanes=2 width=8 parking:right=lane placement=right_of:7", [3.0, 3.0], 1.0),
+        ("oneway=yes lanes=2 width=8 parking:right=lane placement=right_of:7", [3.0, 3.0], 0.5),
     ],
 )
 def test_cars_that_park_on_the_carriageway(tags: str, lanes: list[float], offset: float) -> None:
@@ -393,12 +393,12 @@ def test_cars_that_park_on_the_carriageway(tags: str, lanes: list[float], offset
         assert section.middle_offset == pytest.approx(-offset)
 
 
-def test_edges_of_the_carriageway_are_where_the_width_says() -> None:
-    """8 m with parking on the left: from 4 m left of the line to 4 m right of it."""
+def test_the_carriageway_is_as_wide_as_the_width_says_and_lies_beside_the_line() -> None:
+    """8 m with parking on the left: the line is between the middles of all of it and of the lanes, 1 m apart."""
     section = section_of("lanes=2 width=8 parking:left=lane parking:left:orientation=parallel")
     lanes = sum(lane.width for lane in section.lanes_ltr)
-    assert section.middle_offset + lanes / 2 + section.margin_left[0].width == pytest.approx(4.0)
-    assert section.middle_offset - lanes / 2 == pytest.approx(-4.0)
+    assert section.middle_offset + lanes / 2 + section.margin_left[0].width == pytest.approx(4.5)
+    assert section.middle_offset - lanes / 2 == pytest.approx(-3.5)
 
 
 def test_lanes_that_parking_leaves_no_room_for_are_reported() -> None:

@@ -22,6 +22,7 @@ from osm2xodr.osmParsing.defaults import (
     LANE_WIDTH_BUS,
     LANE_WIDTH_MAX,
     LANE_WIDTH_MIN,
+    LANES_BESIDE_PARKING,
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
@@ -101,8 +102,8 @@ def cross_section(
     )
     offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
     if offset is None:
-        # The line is the middle of the carriageway; parking on one side of it shifts the lanes.
-        offset = (parking_right - parking_left) / 2.0
+        known = (parking_left, parking_right) if carriageway else (margins.parking_left, margins.parking_right)
+        offset = LANES_BESIDE_PARKING * (known[1] - known[0]) / 2.0
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
 
@@ -135,9 +136,8 @@ def _carriageway(
 ) -> tuple[float | None, float, float]:
     """Return the tagged width of the carriageway, and its parts used for parking on the left and right, m.
 
-    The width is read where it is needed: for lanes without one, or for parking.
-    Without a tagged width, parking does not shift the lanes off the line. Nor does it where parked cars would leave
-    no room for a lane: then the width is taken to be that of the lanes alone.
+    The width is read where it is needed: for lanes without one, or for parking. Where parked cars would leave no room
+    for a lane, it is taken to be that of the lanes alone, and no part is used for parking.
     """
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
