@@ -51,6 +51,28 @@ def test_a_corner_on_an_edge_divides_it() -> None:
     np.testing.assert_allclose(areas(found), [24.0, 10.0])
 
 
+def test_corners_of_others_close_to_a_corner_become_one_with_it() -> None:
+    """Either of two corners, 2.8 mm apart, lies on an edge of the triangle with the other one: the fifth of them."""
+    west, south, east, north = (-1.7, -1.0), (0.97, -1.0), (6.22, -1.97), (-0.39, 0.388)
+    near, other = (0.0, 0.0), (0.002, -0.002)
+    corners = (
+        (west, near, north),
+        (west, other, near),
+        (west, south, other),
+        (south, east, other),
+        (near, east, north),
+    )
+    found = split_where_they_meet(soup_of(*([(*xy, 0.0) for xy in item] for item in corners)))
+    start, end = found.place.ravel(), np.roll(found.place, -1, axis=1).ravel()
+    edges = set(zip(start.tolist(), end.tolist(), strict=True))
+    alone = [found.xy[one].tolist() for one, another in edges if (another, one) not in edges]
+    assert sorted(alone) == sorted(map(list, (west, south, east, north)))
+    assert areas(found).sum() == pytest.approx(
+        areas(soup_of([(*xy, 0.0) for xy in (west, south, east)], [(*xy, 0.0) for xy in (west, east, north)])).sum(),
+        abs=0.01,
+    )
+
+
 def test_outlines_on_different_levels_are_left_alone() -> None:
     one = [(0.0, 0.0, 1.0), (10.0, 0.0, 1.0), (5.0, 9.0, 1.0)]
     other = [(5.0, -4.0, 4.0), (9.0, 5.0, 4.0), (1.0, 5.0, 4.0)]

@@ -25,7 +25,12 @@ ONE_HEIGHT: Final = 0.015
 GeometryArray: TypeAlias = npt.NDArray[np.object_]
 _Value = TypeVar("_Value", np.int64, np.float64)
 # Rounds in which edges are split; each splits an edge at one corner.
-_ROUNDS: Final = 6
+_ROUNDS: Final = 8
+# Corners of others on an edge this near to one of its ends, m, become one with it: split there, either would leave
+# the other one beside a sliver, time and again. A choice: four times what slivers are high.
+_NEAR_END: Final = 4.0 * ONE_PLACE
+# Rounds in which half edges are matched.
+_MATCHES: Final = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +79,14 @@ def split_where_they_meet(soup: Soup) -> Soup:
         soup = without_slivers(soup)
         outline = _outline_of(soup)
         corners, (crossings, xy) = _corners_on(outline, soup), _crossings_of(outline, len(soup.xy))
+        if not len(corners[0]) + len(crossings[0]):
+            break
+        soup, corners = _with_near_ends_merged(soup, outline, *corners)
         edge, place, at = (np.concatenate([one, other]) for one, other in zip(corners, crossings, strict=True))
         # One split of each triangle at a time, at what is nearest to the middle of its edge.
         row = outline.row[edge]
         order = np.lexsort((place, np.abs(at - 0.5), row))
         order = order[np.diff(row[order], prepend=-1) != 0]
-        if not len(order):
-            break
         edge, place, at = edge[order], place[order], at[order]
         soup = replace(soup, xy=np.concatenate([soup.xy, xy]))
         soup = _split(
@@ -129,6 +135,31 @@ def _corners_on(outline: _Outline, soup: Soup) -> tuple[IntArray, IntArray, Floa
     z = outline.z[edge] + at * outline.rise[edge]
     kept = (aside < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
     return edge[kept], place[kept], at[kept]
+
+
+def _with_near_ends_merged(
+    soup: Soup, outline: _Outline, edge: IntArray, place: IntArray, at: FloatArray
+) -> tuple[Soup, tuple[IntArray, IntArray, FloatArray]]:
+    """Return the triangles with corners on edges at a share merged with the ends that they are near, and the others.
+
+    Ends of edges stay where corners lie farther from them: these would lie beside their edge.
+    """
+    near = np.minimum(at, 1.0 - at) * outline.length[edge] < _NEAR_END
+    far = edge[~near]
+    fixed = np.concatenate([outline.start[far], outline.end[far]])
+    end = np.where(at < 0.5, outline.start[edge], outline.end[edge])
+    near &= ~np.isin(end, fixed) & ~np.isin(place, fixed)
+    becomes = _merged(place[near], end[near], len(soup.xy))
+    return replace(soup, place=becomes[soup.place]), (edge[~near], becomes[place[~near]], at[~near])
+
+
+def _merged(one: IntArray, other: IntArray, count: int) -> IntArray:
+    """Return the place that each of `count` places becomes where pairs of them become one, (count,): the first."""
+    graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    first = np.unique(label, return_index=True)[1]
+    out: IntArray = first[label].astype(np.int64)
+    return out
 
 
 def _crossings_of(outline: _Outline, places: int) -> tuple[tuple[IntArray, IntArray, FloatArray], FloatArray]:
@@ -222,7 +253,7 @@ def edges_of(faces: IntArray, place: IntArray, xyz: FloatArray) -> Edges:
     order = np.lexsort((ahead, z, key))
     pairs: list[IntArray] = []
     todo = order
-    for k in range(_ROUNDS):
+    for k in range(_MATCHES):
         one, other = todo[:-1], todo[1:]
         match = (key[one] == key[other]) & (ahead[one] != ahead[other]) & (z[other] - z[one] < LEVEL_APART)
         if k == 0:
