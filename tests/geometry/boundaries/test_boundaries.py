@@ -48,6 +48,23 @@ def test_sidewalks_lie_within() -> None:
     )
 
 
+@pytest.mark.parametrize(("width", "lanes"), [(0.25, (1, -1)), (0.75, (None, None))])
+def test_a_boundary_crosses_lanes_that_are_reached_to_their_middle(
+    width: float, lanes: tuple[int | None, int | None]
+) -> None:
+    """Floor beside a way, as wide as said at the bus lane of the first arm, which is 1 m wide."""
+    road_map = crossing()
+    floor = Lane(-2, LaneType.BORDER, (Cubic(0.0, width, -width / 10.0),))
+    roads = [
+        replace(item, lane_sections=(LaneSection(0.0, (*item.lane_sections[0].lanes, floor)),))
+        if item.id == 3
+        else item
+        for item in road_map.roads
+    ]
+    found = bounded(replace(road_map, roads=tuple(roads)))
+    assert BoundaryJoint(1, False, *lanes) in found
+
+
 def test_a_way_without_another_beside_it_bounds_its_junction_on_both_sides() -> None:
     road_map = crossing()
     one_way = replace(road_map.junctions[0], connections=road_map.junctions[0].connections[:1])

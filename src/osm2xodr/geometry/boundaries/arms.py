@@ -121,8 +121,10 @@ def lanes_across(road_map: RoadMap, arms: Arms) -> tuple[list[tuple[int, int] | 
         if not at_start:
             found = [(lane, -b, -a) for lane, a, b in found]
         found.sort(key=lambda item: item[1])
-        near = defaults.SAME_EDGE
-        across = [item for item in found if item[2] > low + near and item[1] < high - near]
+        # The joint ends where lanes do that are nearest to the edges of the roads.
+        across = [item for item in found if low < 0.5 * (item[1] + item[2]) < high] or [
+            item for item in found if item[2] > low + defaults.SAME_EDGE and item[1] < high - defaults.SAME_EDGE
+        ]
         if not across:
             lanes.append(None)
             right.append(low)
