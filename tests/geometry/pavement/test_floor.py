@@ -14,6 +14,8 @@ from road_measures import width_at
 
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.pavement import Faces, lay_floor
+from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
+from osm2xodr.geometry.pavement.ends import room_before_ends
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import LaneType, PlanView, Rule
 
@@ -61,8 +63,9 @@ def test_the_end_of_a_road_that_nothing_goes_on_from_closes_a_gap() -> None:
     """The road ends at x = 0, where pavement becomes narrower to the south of its middle: 1 m on 3 m."""
     x, y = np.linspace(0.0, 6.0, 60), np.linspace(2.0, 0.0, 60)
     lines = np.array([[0.0, 2.0, 6.0, 0.0], [0.0, 2.0, 0.0, 0.0]])
-    faces = Faces(np.zeros(120, np.int64), np.append(x, 0 * x), np.append(y, y), lines)
-    roads = connecting([(0.0, -1.5, 12.0, -1.5)])
+    at, left, right = np.array([1]), np.array([3.5]), np.array([-1.5])
+    faces = Faces(np.zeros(120, np.int64), np.append(x, 0 * x), np.append(y, y), lines, at, left, right)
+    roads = replace(connecting([(0.0, -1.5, 12.0, -1.5)]), entry=np.array([1]), exit=np.array([2]))
     assert lay_floor(roads, Rule.RIGHT_HAND).left == {}
     floor = lay_floor(roads, Rule.RIGHT_HAND, faces)
     assert floor.paved_left == {0}
@@ -88,6 +91,7 @@ def test_end_faces_are_where_half_of_a_carriageway_ends() -> None:
     right = replace(one, entry=end, exit=end, entry_lane=lane, exit_lane=lane, entry_t=t, exit_t=t)
     faces = Faces.of(parts, right)
     assert set(faces.junction.tolist()) == {4}
+    assert (faces.end.tolist(), faces.left.tolist(), faces.right.tolist()) == ([1], [3.0], [-3.0])
     assert faces.lines.tolist() == [
         pytest.approx([9.85, 3.4, 9.85, -3.4]),
         pytest.approx([9.85, 3.0, 19.0, 0.0]),
@@ -128,6 +132,48 @@ def test_a_strip_goes_on_to_the_tip_of_a_wedge() -> None:
     widths = floor.left.get(0) or floor.right[1]
     for s in (2.0, 4.0, 6.0, 8.0, 9.5):
         assert width_at(widths, s) == pytest.approx(0.1 * s + 0.05, abs=0.06)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.13, 0.27])
+def test_a_narrow_slit_is_closed_as_far_as_it_goes(aside: float) -> None:
+    """A slit of 0.4 m becomes one of 0.1 m over 40 m, wherever it lies in the cells of the grid."""
+    lines = ((-20.0, -1.5, 20.0, -1.5), (-20.0, 1.9, 20.0, 1.6), (-19.0, -6.0, -19.0, 6.0), (19.0, -6.0, 19.0, 6.0))
+    floor = lay_floor(connecting([(x0, y0 + aside, x1, y1 + aside) for x0, y0, x1, y1 in lines]), Rule.RIGHT_HAND)
+    widths = floor.left.get(0) or floor.right[1]
+    for s in (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0):
+        assert width_at(widths, s) == pytest.approx(0.45 - 0.0075 * s, abs=0.06)
+    # Between the arms it is open to both sides.
+    assert width_at(widths, 0.0) <= 0.2
+    assert width_at(widths, 40.0) <= 0.2
+
+
+def test_a_strip_ends_with_the_lane_beyond_it() -> None:
+    """A slit of 0.4 m, open from x = 5.5 on; of two lanes in the north, which see half of it, one ends at x = 5."""
+    north, across = ((-20.0, 1.9, -7.0, 1.9), (-8.0, 1.9, 5.0, 1.9)), ((-19, -6, -19, 6), (4, -6, 4, 6))
+    floor = lay_floor(connecting([(-20.0, -1.5, 20.0, -1.5), *north, *across]), Rule.RIGHT_HAND)
+    widths = floor.left[0]
+    assert [width_at(widths, s) for s in (10.0, 22.0)] == pytest.approx([0.45, 0.45], abs=0.05)
+    assert [width_at(widths, s) for s in (26.5, 27.5, 30.0, 39.0)] == [0.0] * 4
+
+
+def test_strips_reach_the_outermost_lanes_of_their_arm_where_they_end() -> None:
+    """Two lanes of 3 m begin side by side at the end of road 0; at the start of road 3 the first one is alone."""
+    roads = connecting([(0.0, -1.5, 20.0, -1.5), (0.0, 1.5, 20.0, 8.0)])
+    roads = replace(
+        roads, entry=np.array([1, 1]), exit=np.array([6, 8]), entry_t=np.array([-1.5, 1.5]), exit_t=np.zeros(2)
+    )
+    edges, rows = LaneEdges.of(roads, Rule.RIGHT_HAND), np.arange(2)
+    sections = CrossSections.of(roads, edges, 0.28, rows)
+    left, right = room_before_ends(sections, rows, roads, edges, Faces.none())
+    first = sections.road == 0
+    s = sections.s[first]
+    assert left[first] == pytest.approx(0.2 + np.minimum(3.0 + s, 20.0 - s))
+    assert right[first] == pytest.approx(0.2 + np.minimum(s, 20.0 - s))
+    # The carriageway of road 3, driven on towards its end, is 7 m wide.
+    faces = replace(Faces.none(), end=np.array([6]), left=np.array([2.5]), right=np.array([-4.5]))
+    left, right = room_before_ends(sections, rows, roads, edges, faces)
+    assert left[first][-1] == pytest.approx(0.2 + 1.0)
+    assert right[first][-1] == pytest.approx(0.2 + 3.0)
 
 
 def test_no_roads_have_no_floor() -> None:

@@ -9,8 +9,8 @@ GAP_CELL: Final = 0.4
 # How much narrower lanes are drawn than they are, on both sides, m, to show narrow slits. A choice: with less than
 # half a cell, lanes that touch stay closed nearly everywhere.
 GAP_INSET: Final = 0.18
-# Gaps stay open that have less area clear of the edges, m²: a cell or none. A choice.
-GAP_LEAST_AREA: Final = 0.15
+# Gaps stay open that have less area clear of the edges, m²: half a cell. A choice: narrow slits show in few cells.
+GAP_LEAST_AREA: Final = 0.08
 # Gaps of more area are blocks between roads, not parts of a junction, m². A choice.
 GAP_LARGEST_AREA: Final = 65.0
 # Least width of a carriageway's end that no lane goes on from, m: as wide as the smallest lanes. A choice.

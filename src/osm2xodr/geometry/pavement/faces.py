@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -35,16 +35,22 @@ class Faces:
     x: FloatArray
     y: FloatArray
     lines: FloatArray  # (m, 4) From x, y to x, y, of all junctions, m
+    # (k,) The ends of roads that they are at, of all junctions, and t of both edges of the carriageway there, m
+    end: IntArray
+    left: FloatArray
+    right: FloatArray
 
     def within(self, junctions: IntArray) -> Faces:
         """Return those in some junctions (m,), ascending, numbered by their place among these."""
         rows = np.flatnonzero(np.isin(self.junction, junctions))
-        return Faces(np.searchsorted(junctions, self.junction[rows]), self.x[rows], self.y[rows], self.lines)
+        number = np.searchsorted(junctions, self.junction[rows])
+        return replace(self, junction=number, x=self.x[rows], y=self.y[rows])
 
     @classmethod
     def none(cls) -> Faces:
         """Return no places."""
-        return cls(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 4)))
+        none, nowhere = np.zeros(0, np.int64), np.zeros(0)
+        return cls(none, nowhere, nowhere, np.zeros((0, 4)), none, nowhere, nowhere)
 
     @classmethod
     def of(cls, parts: RoadParts, roads: ConnectingRoads) -> Faces:
@@ -56,11 +62,13 @@ class Faces:
         junction = dict(zip(_both(roads.entry, roads.exit), _both(roads.junction, roads.junction), strict=True))
         walks = set(zip(_both(roads.entry, roads.exit, ~cars), _signs(roads, ~cars), strict=True))
         found: list[tuple[int, float, float, float, float]] = []
+        open_: list[tuple[int, float, float]] = []
         for at, covered in _covered(roads, cars):
             section = parts.at_end(at).section
             left, right = section.left_edge, section.right_edge
             if left - right - sum(high - low for low, high in covered) < defaults.FACE_LEAST_OPEN:
                 continue
+            open_.append((at, left, right))
             found.append((at, -_BEHIND, -_BEHIND, left + _BEYOND, right - _BEYOND))
             for side, room in ((1, left - max(high for _, high in covered)), (-1, min(covered)[0] - right)):
                 if room >= defaults.FACE_LEAST_OPEN and (at, side) not in walks:
@@ -83,7 +91,9 @@ class Faces:
         px, py = x[row] + u * cos - t * sin, y[row] + u * sin + t * cos
         begin = starts(count)
         first, last = begin[:-1], begin[1:] - 1
-        return cls(numbers[row], px, py, np.column_stack([px[first], py[first], px[last], py[last]]))
+        lines = np.column_stack([px[first], py[first], px[last], py[last]])
+        ended, highest, lowest = (np.array(column) for column in zip(*open_, strict=True))
+        return cls(numbers[row], px, py, lines, ended, highest, lowest)
 
     def meet(self, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, reach: FloatArray) -> FloatArray:
         """Return how far from x, y in a direction they lie, near `reach`, which stays where none is near, (n,), m."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
+from osm2xodr.geometry.pavement.ends import room_before_ends
 from osm2xodr.geometry.pavement.faces import Faces
 from osm2xodr.geometry.pavement.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
 from osm2xodr.geometry.pavement.islands import Hole, find_holes
@@ -24,8 +25,8 @@ _PASSES: Final = 2
 _MOST_STRIPS: Final = 4
 # Gaps are looked for again beside strips of more area in a junction, m².
 _LARGE_STRIPS: Final = 0.5
-# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show the
-# gap's tip.
+# So many cross sections at once a strip goes on where its gap becomes narrower than this, m: cells do not show the
+# gap's tip, nor a narrow slit.
 _GOES_ON: Final = 11
 _NARROW: Final = 1.5
 # Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
@@ -120,6 +121,8 @@ def _laid(
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
         width[:, again] += more
         with_gap[junctions] = left
+    # What is open to the side where the lanes of an arm end stays so.
+    width = np.where(fixed, width, np.minimum(width, room_before_ends(sections, rows, roads, edges, faces)))
     used = _of_roads_with_strips(width, sections)
     return sections.chosen(used), width[:, used], paved[:, used], holes
 
@@ -214,7 +217,7 @@ class _Strips:
     ) -> _Strips:
         """Return strips along rays as far as the lanes behind the gap."""
         other = rays.roads_at(end, grids)
-        reach = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        reach, _ = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
         at = np.flatnonzero(other == FACE)
         if grids.faces is not None and len(at):
             k, sign = rays.section[at], rays.side[at]
@@ -229,25 +232,46 @@ class _Strips:
         """0 for left, 1 for right, (n,)."""
         return (self.side < 0).astype(np.int64)
 
+    def chosen(self, keep: BoolArray | IntArray) -> _Strips:
+        """Return some of them."""
+        return _Strips(*(getattr(self, name)[keep] for name in _Strips.__slots__))
+
+    def ahead(
+        self, sense: int, most: FloatArray, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges
+    ) -> tuple[_Strips, BoolArray]:
+        """Return strips at the next cross sections, in a sense along roads, as long as they are narrow or become so.
+
+        The first ones are narrow or at most so wide, (n,), m. The second array says which are the last of those that
+        were looked at, and may go on.
+        """
+        steps = np.arange(1, _GOES_ON + 1)
+        ahead = np.clip(self.section[:, None] + sense * steps, 0, len(sections.road) - 1)
+        same = sections.road[ahead] == sections.road[self.section, None]
+        same &= ahead == self.section[:, None] + sense * steps
+        each = self.chosen(np.repeat(np.arange(len(same)), len(steps)))
+        far, found = meet(ahead.ravel(), each.side, each.reach, each.other, sections, roads, edges)
+        reach, met = far.reshape(ahead.shape), found.reshape(ahead.shape)
+        good = same & met & (reach > 0.0) & (reach < _NARROW)
+        good &= reach <= np.maximum(np.column_stack([most, reach[:, :-1]]), _NARROW / 4)
+        keep = np.logical_and.accumulate(good, axis=1).ravel()
+        whole = np.broadcast_to(steps == _GOES_ON, ahead.shape).ravel()
+        return replace(each, section=ahead.ravel(), reach=far).chosen(keep), whole[keep]
+
 
 def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges) -> _Strips:
     """Return how strips go on beyond both of their ends, where cells of lanes hide how narrow gaps end."""
-    section, side, last = strips.section, strips.side, len(sections.road) - 1
+    section, side = strips.section, strips.side
     apart = (np.diff(section) != 1) | (np.diff(side) != 0) | (np.diff(sections.road[section]) != 0)
-    steps = np.arange(1, _GOES_ON + 1)
-    found: list[_Strips] = []
+    found = [strips.chosen(np.zeros(len(section), bool))]
     for sense, ends in ((-1, np.append(True, apart)), (1, np.append(apart, True))):
-        k = np.flatnonzero(ends & (strips.other >= 0))
-        ahead = np.clip(section[k, None] + sense * steps, 0, last)
-        same = sections.road[ahead] == sections.road[section[k], None]
-        flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other, strips.paved))
-        sides, reach, other, paved = flat
-        reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
-        good = same & (reach > 0.0) & (reach < _NARROW)
-        good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
-        good = np.logical_and.accumulate(good, axis=1)
-        keep = good.ravel()
-        found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], paved[keep], reach.ravel()[keep]))
+        here = strips.chosen(ends & (strips.other >= 0))
+        most = np.full(len(here.section), _NARROW)
+        while len(here.section):
+            ahead, whole = here.ahead(sense, most, sections, roads, edges)
+            found.append(ahead)
+            # Narrow slits are as long as the lanes beside them.
+            here = ahead.chosen(whole)
+            most = here.reach
     return _Strips(*(np.concatenate([getattr(item, name) for item in found]) for name in _Strips.__slots__))
 
 

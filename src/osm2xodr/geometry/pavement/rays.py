@@ -108,9 +108,12 @@ def meet(
     sections: CrossSections,
     roads: ConnectingRoads,
     edges: LaneEdges,
-) -> FloatArray:
-    """Return where rays meet the lanes of the `other` roads (-1: none), beyond their edge, near `reach`, (n,), m."""
-    out = reach.copy()
+) -> tuple[FloatArray, BoolArray]:
+    """Return where rays meet the lanes of the `other` roads (-1: none), beyond their edge, near `reach`, (n,), m.
+
+    The second array says which of them do; the others keep their `reach`.
+    """
+    out, met = reach.copy(), np.zeros(len(reach), bool)
     rows = np.flatnonzero(other >= 0)
     k, road, sign = section[rows], other[rows], side[rows]
     edge = sections.edge(sign, k)
@@ -127,5 +130,6 @@ def meet(
         nearer = np.where(beyond_left, -nearer, nearer)
         good = (np.abs(distance - np.abs(aside)) < _ABREAST) & (nearer > _LEAST_SINE)
         out[rows[good]] += (outside / np.where(good, nearer, 1.0))[good]
+        met[rows] = good
     low, high = reach - 3 * defaults.GAP_CELL, reach + 2 * defaults.GAP_CELL
-    return np.asarray(np.clip(out, np.maximum(low, 0.0), high))
+    return np.asarray(np.clip(out, np.maximum(low, 0.0), high)), met & (out <= high)
