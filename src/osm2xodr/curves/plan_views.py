@@ -153,10 +153,13 @@ def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
     return np.asarray(plan.curvature[k] + plan.rate[k] * (s - plan.s[k]))
 
 
-def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
+def places_along(
+    plan: PlanView, spacing: float | FloatArray, curves: IntArray | None = None
+) -> tuple[IntArray, FloatArray]:
     """Return places along all curves, or along those of given indices: index of the curve and s, both (n,).
 
-    They are evenly spread from end to end, at most `spacing` apart, m; each curve has two at least.
+    They are evenly spread from end to end, at most `spacing` apart, m, or that of each of these curves; each has two
+    at least.
     """
     chosen = np.arange(len(plan.start) - 1) if curves is None else curves
     length = lengths(plan, chosen)

@@ -12,10 +12,12 @@ import pytest
 from floor_cases import Line, connecting
 from road_measures import width_at
 
+from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.pavement import Faces, lay_floor
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.ends import room_before_ends
+from osm2xodr.geometry.pavement.rays import room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import LaneType, PlanView, Rule
 
@@ -174,6 +176,35 @@ def test_strips_reach_the_outermost_lanes_of_their_arm_where_they_end() -> None:
     left, right = room_before_ends(sections, rows, roads, edges, faces)
     assert left[first][-1] == pytest.approx(0.2 + 1.0)
     assert right[first][-1] == pytest.approx(0.2 + 3.0)
+
+
+def arc(turn: float, aside: float) -> ConnectingRoads:
+    """Return a road along an arc of 5 m by a turn, left or right, rad, whose lane of 3 m lies aside of it, m."""
+    roads = connecting([(0.0, 0.0, 5.0 * abs(turn), 0.0)])
+    plan = replace(roads.plan_view, curvature=np.full(1, math.copysign(0.2, turn)))
+    return replace(roads, plan_view=plan, entry_aside=np.full(1, aside), exit_aside=np.full(1, aside))
+
+
+@pytest.mark.parametrize(("aside", "most"), [(-6.0, 0.28 * 1.7 / 2.5), (-1.5, 0.28), (6.0, 0.28)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_cross_sections_are_closer_where_edges_outside_of_a_bend_are_far_apart(
+    sign: float, aside: float, most: float
+) -> None:
+    """An edge 7.5 m outside of a bend of 5 m is 2.5 times as long as the line."""
+    roads = arc(sign * 3.0, sign * aside)
+    edges = LaneEdges.of(roads, Rule.RIGHT_HAND)
+    sections = CrossSections.of(roads, edges, 0.28, np.arange(1))
+    assert sections.spacing[0] == pytest.approx(most, rel=0.02)
+    assert sections.spacing[0] <= most
+
+
+@pytest.mark.parametrize(("radius", "left"), [(1.0, 0.15), (5.0, 0.2)])
+def test_strips_inside_of_a_bend_end_before_its_centre(radius: float, left: float) -> None:
+    roads = connecting([(0.0, 0.0, 3.0, 0.0)])
+    roads = replace(roads, plan_view=replace(roads.plan_view, curvature=np.full(1, 1.0 / radius)))
+    sections = CrossSections.of(roads, LaneEdges.of(roads, Rule.RIGHT_HAND), 0.28, np.arange(1))
+    room = room_inside(sections, 1, np.arange(len(sections.s)))
+    assert room + 1.5 == pytest.approx(radius - left)
 
 
 def test_no_roads_have_no_floor() -> None:

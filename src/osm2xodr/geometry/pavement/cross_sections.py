@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, find_record, places_along, smooth_step
+from osm2xodr.curves import advance, end_curvature, find_record, places_along, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
+
+# Cross sections are closer where the outer edges of lanes are more than so many times as far apart as they are on the
+# reference line, as sidewalks round a bend are: cells between them would be missed. A choice of speed.
+_MOST_APART: Final = 1.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +27,7 @@ class LaneEdges:
     left_end: FloatArray
     right_start: FloatArray
     right_end: FloatArray
+    longest: FloatArray  # (roads,) How many times as long as the reference line they are in the sharpest bend, or 1
 
     @classmethod
     def of(cls, roads: ConnectingRoads, rule: Rule) -> LaneEdges:
@@ -37,7 +43,15 @@ class LaneEdges:
             centre = aside - side * (width / 2 + within)
             outermost = aside + side * width / 2
             out += [np.maximum(centre, outermost), np.minimum(centre, outermost)]
-        return cls(np.maximum(roads.length, 1e-6), roads.change_start(), out[0], out[2], out[1], out[3])
+        plan = roads.plan_view
+        bends, begin = np.stack([plan.curvature, end_curvature(plan)]), plan.start[:-1]
+        to_right, to_left = (
+            np.minimum.reduceat(bends.min(axis=0), begin),
+            np.maximum.reduceat(bends.max(axis=0), begin),
+        )
+        outside = -to_right * np.maximum(out[0], out[2]), -to_left * np.minimum(out[1], out[3])
+        longest = 1.0 + np.maximum(np.maximum(*outside), 0.0)
+        return cls(np.maximum(roads.length, 1e-6), roads.change_start(), out[0], out[2], out[1], out[3], longest)
 
     def at(self, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and the right edge at s of roads, all (n,), m."""
@@ -88,8 +102,12 @@ class CrossSections:
 
     @classmethod
     def of(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: float, rows: IntArray) -> CrossSections:
-        """Return cross sections of some roads, at most `spacing` apart, m, the first and the last at their ends."""
-        road, s = places_along(roads.plan_view, spacing, rows)
+        """Return cross sections of some roads, at most `spacing` apart, m, the first and the last at their ends.
+
+        Where their edges are farther apart than `_MOST_APART` times that in a bend, these are closer.
+        """
+        closer = np.maximum(edges.longest[rows] / _MOST_APART, 1.0)
+        road, s = places_along(roads.plan_view, spacing / closer, rows)
         plan = roads.plan_view
         record = find_record(plan.start, plan.s, road, s)
         ds, rate = s - plan.s[record], plan.rate[record]

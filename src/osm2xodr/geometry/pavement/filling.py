@@ -29,10 +29,10 @@ _LARGE_STRIPS: Final = 0.5
 # gap's tip, nor a narrow slit.
 _GOES_ON: Final = 11
 _NARROW: Final = 1.5
-# Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
-# show how far a lane beside it is.
+# Where a strip becomes narrower by more than this at once, m, it does so this much later, m, two cross sections on a
+# line: cells do not show how far a lane beside it is.
 _STEP: Final = 0.3
-_LATER: Final = 2
+_LATER: Final = 2.0 * POINTS_PER_CELL * defaults.GAP_CELL
 # About so many cross sections are looked at together, those of whole junctions: few enough for a processor's cache.
 _AT_ONCE: Final = 100_000
 
@@ -161,10 +161,11 @@ def _strips(
 
 def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
     """Return widths (2, n), m, of strips that go on at full width where they would step down, but fold in no bend."""
-    out, road = width.copy(), sections.road
-    for far in range(1, _LATER + 1):
+    out, road, s = width.copy(), sections.road, sections.s
+    for far in range(1, int(_LATER / float(sections.spacing.min(initial=_LATER))) + 1):
         for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
-            steps = (road[here] == road[there]) & (width[:, there] > width[:, here] + _STEP)
+            steps = (road[here] == road[there]) & (np.abs(s[there] - s[here]) <= _LATER)
+            steps = steps & (width[:, there] > width[:, here] + _STEP)
             out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
     room = np.array([room_inside(sections, side, np.arange(len(road))) for side in (1, -1)])
     return np.asarray(np.maximum(np.minimum(out, room), width))
@@ -181,7 +182,8 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
     kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)
     total = np.bincount(kind, size, len(kinds))
-    order = np.lexsort((kinds, -(total**2) * np.bincount(kind), rays.gap[first]))
+    length = np.bincount(kind, sections.spacing[k], len(kinds))
+    order = np.lexsort((kinds, -(total**2) * length, rays.gap[first]))
     largest = order[np.unique(rays.gap[first][order], return_index=True)[1]]
     good = np.zeros(len(kinds), bool)
     good[largest] = total[largest] >= defaults.GAP_LEAST_AREA

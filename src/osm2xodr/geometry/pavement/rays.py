@@ -19,8 +19,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 # covered.
 RAY_STEP: Final = 0.5 * defaults.GAP_CELL
 _FIRST: Final = 4
-# Least share of its length that is left of a strip at the inside of a bend, where cross sections come closer.
+# How near strips come to the centre of a bend, where cross sections meet, as a share of its radius and at most, m.
 _LEAST_SHARE: Final = 0.15
+_LEAST_RADIUS: Final = 0.2
 # A place lies abreast of a road, not beyond its ends, if its distance is |t| up to this, m.
 _ABREAST: Final = 0.01
 # Least sine of the angle between a ray and the edge that it meets, and how often the meeting is improved.
@@ -88,7 +89,8 @@ def room_inside(sections: CrossSections, side: int, k: IntArray) -> FloatArray:
     A bend may begin between two cross sections, and widths are linear there.
     """
     edge = sections.edge(np.array(side), k)
-    return np.asarray((1.0 - _LEAST_SHARE) / bend_beside(sections, np.array(side), k) - side * edge)
+    radius = 1.0 / bend_beside(sections, np.array(side), k)
+    return np.asarray(np.maximum((1.0 - _LEAST_SHARE) * radius, radius - _LEAST_RADIUS) - side * edge)
 
 
 def bend_beside(sections: CrossSections, side: IntArray, k: IntArray) -> FloatArray:
