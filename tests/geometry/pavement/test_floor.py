@@ -198,7 +198,7 @@ def test_cross_sections_are_closer_where_edges_outside_of_a_bend_are_far_apart(
     assert sections.spacing[0] <= most
 
 
-@pytest.mark.parametrize(("radius", "left"), [(1.0, 0.15), (5.0, 0.2)])
+@pytest.mark.parametrize(("radius", "left"), [(0.5, 0.075), (5.0, 0.1)])
 def test_strips_inside_of_a_bend_end_before_its_centre(radius: float, left: float) -> None:
     roads = connecting([(0.0, 0.0, 3.0, 0.0)])
     roads = replace(roads, plan_view=replace(roads.plan_view, curvature=np.full(1, 1.0 / radius)))

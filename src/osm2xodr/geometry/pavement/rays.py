@@ -21,7 +21,7 @@ RAY_STEP: Final = 0.5 * defaults.GAP_CELL
 _FIRST: Final = 4
 # How near strips come to the centre of a bend, where cross sections meet, as a share of its radius and at most, m.
 _LEAST_SHARE: Final = 0.15
-_LEAST_RADIUS: Final = 0.2
+_LEAST_RADIUS: Final = 0.1
 # A place lies abreast of a road, not beyond its ends, if its distance is |t| up to this, m.
 _ABREAST: Final = 0.01
 # Least sine of the angle between a ray and the edge that it meets, and how often the meeting is improved.
