@@ -58,9 +58,14 @@ COARSE_CELL: Final = 15.0
 # How far from OSM's streets the ground is estimated before roads are built, m: beyond what junctions and turning
 # circles move roads by. What lies farther is estimated later.
 GROUND_REACH: Final = 40.0
-# Roads are smoother than the ground they are built on: factor on the roughness penalty that the ground calls for.
-# Against known terrain 2 to 8 do equally well.
+# Factor on the roughness penalty of the first surface through coarse cells, which shows what stands out. Against
+# known terrain 2 to 8 do equally well.
 ROAD_SMOOTHNESS: Final = 3.0
+# Roads leave the ground that was estimated from coarse cells by its standard error, or by this share of the elevation
+# model's if that is less, over this length, m. On coarsened models of real places 0.7 to 0.9 and 45 to 60 m do
+# equally well.
+GROUND_SIGMA_SHARE: Final = 0.8
+GROUND_LENGTH: Final = 60.0
 # Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
 HEIGHT_SIGMA_MIN: Final = 0.05
 # Farther than this from all that is measured heights are reported as not known, m: there the surface has fallen back
@@ -73,6 +78,8 @@ NOISE_LENGTH_MIN: Final = 2.0
 # not show the cut and fill of the road. On coarsened models of real places 0.17 is better than 0.1.
 POSITION_ERROR: Final = 2.0
 POSITION_ERROR_CELLS: Final = 0.17
+# Most of both, m: cuts and fills are as wide as roads are, whatever the cells.
+POSITION_ERROR_MAX: Final = 5.0
 # Factor on the weight of ground near the ends of bridges and tunnels, and how far that reaches, m; half a cell where
 # that is more.
 PORTAL_WEIGHT: Final = 0.01

@@ -21,10 +21,9 @@ from osm2xodr.geometry.heights.ground_windows import (
     MARGIN,
     RIM,
     SIZE,
-    Basis,
+    Estimator,
     Single,
     WindowEstimates,
-    estimate_windows,
     unknown_windows,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface, SurfaceQuality
@@ -79,7 +78,6 @@ class GroundReading:
     slope_x: FloatArray
     slope_y: FloatArray
     sigma: FloatArray  # (n,) Standard error, m
-    correlation: FloatArray  # (n,) Length over which the error is correlated, m
     log_relief: FloatArray  # (n,) ln A of the relief's spectrum A / k⁴, of no unit
 
 
@@ -125,7 +123,7 @@ def complete_ground(
 
 def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) -> GroundReading:
     """Read the ground, which has windows for all coarse places, at local x, y with cells of these sizes, (n,), m."""
-    out = GroundReading(*np.full((6, len(x)), np.nan))
+    out = GroundReading(*np.full((5, len(x)), np.nan))
     layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
     for size, here in _by_cell(cell):
         number = _window_at(layers[size], x[here], y[here])
@@ -161,16 +159,14 @@ def _with_windows(layer: GroundLayer, surface: Surface, new: IntArray, smoothing
     """Return a layer with new windows."""
     if not len(new):
         return layer
-    basis = Basis(layer.cell)
-    noise_length = 2 * defaults.NOISE_LENGTH_CELLS * layer.cell
-    prior_log_n = 2.0 * float(np.log(max(layer.sigma, defaults.HEIGHT_SIGMA_MIN) * noise_length))
+    estimator = Estimator(layer.cell, layer.sigma, smoothing)
     column, row = _column_and_row(new)
     block = (row // _BLOCK) * _ROW + column // _BLOCK
     numbers, found = [layer.number], [layer.windows]
     for one in np.unique(block):
         some = new[block == one]
         numbers.append(some)
-        found.append(estimate_windows(_sampled(surface, layer, some), basis, prior_log_n, smoothing))
+        found.append(estimator.estimate(_sampled(surface, layer, some)))
     number = np.concatenate(numbers)
     order = np.argsort(number)
     names = (item.name for item in fields(WindowEstimates))
@@ -210,17 +206,17 @@ _RAMP = _ramp()
 def _patches(layer: GroundLayer, cores: IntArray) -> Single:
     """Blend windows on the nodes of cores and around them.
 
-    Returns spline coefficients, standard error, correlation, ln A and share of known heights,
-    (5, cores, _PATCH, _PATCH), NaN where there is no window.
+    Returns spline coefficients, ln A, ln N and share of known heights, (4, cores, _PATCH, _PATCH), NaN where there is
+    no window.
     """
     weights = np.zeros((len(cores), _PATCH, _PATCH), np.float32)
-    sums = np.zeros((5, len(cores), _PATCH, _PATCH), np.float32)
+    sums = np.zeros((4, len(cores), _PATCH, _PATCH), np.float32)
     windows = layer.windows
     for down in (-1, 0, 1):
         for across in (-1, 0, 1):
             wanted = cores + down * _ROW + across
             k = np.minimum(np.searchsorted(layer.number, wanted), max(len(layer.number) - 1, 0))
-            there = np.flatnonzero((layer.number[k] == wanted) & np.isfinite(windows.sigma[k]))
+            there = np.flatnonzero((layer.number[k] == wanted) & np.isfinite(windows.log_noise[k]))
             k = k[there]
             (to_row, from_row), (to_column, from_column) = _overlap(down), _overlap(across)
             share = _RAMP[from_row, None] * _RAMP[None, from_column]
@@ -229,12 +225,11 @@ def _patches(layer: GroundLayer, cores: IntArray) -> Single:
             weights[there, to_row, to_column] += weight
             values = windows.spline[k, from_row, from_column]
             sums[0, there, to_row, to_column] += weight * values
-            sums[1, there, to_row, to_column] += weight * windows.sigma[k, None, None]
-            sums[2, there, to_row, to_column] += weight * windows.correlation[k, None, None]
-            sums[3, there, to_row, to_column] += weight * windows.log_relief[k, None, None]
-            sums[4, there, to_row, to_column] += share * supported
+            sums[1, there, to_row, to_column] += weight * windows.log_relief[k, from_row, from_column]
+            sums[2, there, to_row, to_column] += weight * windows.log_noise[k, None, None]
+            sums[3, there, to_row, to_column] += share * supported
     with np.errstate(invalid="ignore", divide="ignore"):
-        sums[:4] /= weights
+        sums[:3] /= weights
     return sums
 
 
@@ -251,7 +246,7 @@ def _read_group(
 ) -> None:
     """Read the ground at the places `here`, which lie in cores of these numbers, (n,), into `out`."""
     cores, core = np.unique(number, return_inverse=True)
-    spline, sigma, correlation, relief, known = _patches(layer, cores)
+    spline, relief, noise, known = _patches(layer, cores)
     column, row = _column_and_row(number)
     u = (x[here] - layer.origin[0]) / layer.cell - CORE * column
     v = (y[here] - layer.origin[1]) / layer.cell - CORE * row
@@ -272,8 +267,9 @@ def _read_group(
     nearest = base + (i + 1 + (v - i > 0.5)) * _PATCH + j + 1 + (u - j > 0.5)
     z[known.ravel()[nearest] <= 0.0] = np.nan
     out.z[here], out.slope_x[here], out.slope_y[here] = z, dx / layer.cell, dy / layer.cell
-    out.sigma[here], out.correlation[here] = sigma.ravel()[nearest], correlation.ravel()[nearest]
     out.log_relief[here] = relief.ravel()[nearest]
+    # Of a thin-plate smoother: the root of N / (8 sqrt(N / A)).
+    out.sigma[here] = np.exp(0.25 * (noise.ravel()[nearest] + out.log_relief[here])) / np.sqrt(8.0)
     out.sigma[here[np.isnan(z)]] = np.nan
 
 

@@ -92,12 +92,13 @@ def read_heights(
     quality = surface.quality(x, y)
     found = read_ground(complete_ground(ground, surface, quality, x, y), quality.cell_size, x, y)
     known, away = np.isfinite(found.z), _distance_from_measured(x, y, measured)
-    sigma = np.where(known, found.sigma, quality.sigma)
+    sigma = np.where(known, np.minimum(found.sigma, defaults.GROUND_SIGMA_SHARE * quality.sigma), quality.sigma)
+    correlation = np.maximum(noise_length(quality.cell_size), np.where(known, defaults.GROUND_LENGTH, 0.0))
     everywhere = Reading(
         np.where(known, found.z, surface_z),
         surface_z,
         np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), _guess_sigma(away)),
-        np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), GUESS_LENGTH),
+        np.where(measured, correlation, GUESS_LENGTH),
         quality.cell_size,
         measured,
         quality.covered & ~is_coarse(quality.cell_size) & measured,
@@ -108,7 +109,9 @@ def read_heights(
     fine = np.flatnonzero(~known[:n])
     across[fine] = _slope_across(surface, samples, quality.cell_size[:n], fine)
     middle = everywhere.part(slice(n))
-    off = defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell
+    off = np.minimum(
+        defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell, defaults.POSITION_ERROR_MAX
+    )
     return replace(middle, sigma=np.hypot(middle.sigma, across * off)), everywhere.part(slice(n, None))
 
 
