@@ -71,7 +71,7 @@ class Spectra:
         relief = np.exp(a)[:, None, None] * rings.wave ** -fall[:, None]
         spectrum = relief[:, None] + np.exp(n)[:, None, None] * shape
         self._weighted_log = (count * np.log(spectrum)).sum(axis=-1).ravel()
-        self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T)
+        self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T, np.float32)
         each = (a[:, None, None], n[:, None], fall, length, white)
         self._choices = [item.ravel() for item in np.broadcast_arrays(*each)]
         # The integrals of both parts of the spectrum: correlated errors, and those of single cells.
@@ -85,7 +85,8 @@ class Spectra:
         The prior of the noise's variance is about the square of `sigma`, m.
         """
         prior = ((self._log_variance - 2.0 * np.log(sigma)) / _VARIANCE_SPREAD) ** 2 - _WHITENESS * self._log_white
-        best = np.argmin(self._rings.mean_power(cosines) @ self._inverse + (self._weighted_log + prior), axis=1)
+        cost = self._rings.mean_power(cosines).astype(np.float32) @ self._inverse
+        best = np.argmin(cost + (self._weighted_log + prior).astype(np.float32), axis=1)
         a, n, fall, length, white = (choice[best] for choice in self._choices)
         # The same at the wave kᵣ, whatever the fall.
         k = defaults.RELIEF_WAVE * cell
