@@ -33,6 +33,7 @@ def connecting(lines: Sequence[Line], junctions: Sequence[int] | None = None) ->
         entry_width=lane,
         exit_width=lane,
         against=np.zeros(n, bool),
+        joins_cars=np.zeros(n, bool),
         entry_aside=zero,
         exit_aside=zero,
         height=zero,

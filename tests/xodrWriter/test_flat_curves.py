@@ -85,6 +85,8 @@ def as_read(plan: PlanView) -> PlanView:
         (900.0, -9e-7, 1.5e-6),
         (20.0, 9e-7, 0.04),
         (3000.0, 0.0, 9e-7),
+        # Hardly more than a line.
+        (250.0, 2e-8, 3e-8),
     ],
 )
 def test_readers_meet_the_places_of_flat_spirals(length: float, start: float, end: float) -> None:
@@ -109,3 +111,6 @@ def test_readers_meet_the_places_of_flat_spirals(length: float, start: float, en
     assert np.hypot(x - found.x[joints], y - found.y[joints]).max() < 2e-5
     assert found.length.sum() == pytest.approx(length, abs=1e-9)
     assert found.length.min() >= 0.24
+    # ASAM's checker calls lines that go on in the same direction redundant.
+    lines = (found.curvature == 0.0) & (found.rate == 0.0)
+    assert np.abs(np.diff(found.hdg))[lines[1:] & lines[:-1]].min(initial=1.0) > 1e-6

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, ranks
+from osm2xodr.curves import advance, owners, ranks, wrapped
 from osm2xodr.model import FloatArray, PlanView
 from osm2xodr.xodrWriter.even_steps import cut_records
 
@@ -27,13 +27,16 @@ _BESIDE: Final = 0.001
 _STRAIGHT: Final = 1.1e-6
 # Spirals that readers misplace by less stay as they are, and arcs lie no farther beside them, m. A choice.
 _MISPLACED: Final = 1e-4
+# Lines whose headings differ by less, rad, go on in the same direction. A choice: twice what ASAM's checker takes.
+_SAME_HEADING: Final = 2e-6
 # Where a part of a spiral is replaced, it is at least so long, m. A choice.
 _SHORTEST: Final = 0.5
 
 
 def without_flat_curves(plan: PlanView) -> PlanView:
     """Replace flat spirals by arcs, and arcs of large radii by lines."""
-    return _without_flat_arcs(_without_flat_spirals(plan))
+    out = _without_flat_arcs(_without_flat_spirals(plan))
+    return plan if out is plan else _with_joined_lines(out)
 
 
 def _without_flat_spirals(plan: PlanView) -> PlanView:
@@ -62,6 +65,20 @@ def _without_flat_spirals(plan: PlanView) -> PlanView:
     start = x[first], y[first], hdg[first]
     x[first + 1], y[first + 1], hdg[first + 1] = advance(*start, curvature[first], half)
     return replace(out, x=x, y=y, hdg=hdg, curvature=curvature, rate=rates)
+
+
+def _with_joined_lines(plan: PlanView) -> PlanView:
+    """Make one line of lines that go on in the same direction: ASAM's checker calls them redundant."""
+    straight, curve = (plan.curvature == 0.0) & (plan.rate == 0.0), owners(plan.start)
+    on = straight[1:] & straight[:-1] & (curve[1:] == curve[:-1])
+    on &= np.abs(wrapped(np.diff(plan.hdg))) < _SAME_HEADING
+    kept = np.flatnonzero(np.concatenate([[True], ~on]))
+    length = np.add.reduceat(plan.length, kept)
+    more = wrapped(plan.hdg - np.repeat(plan.hdg[kept], np.diff(np.append(kept, len(curve)))))
+    # From the first one's start to the last one's end.
+    hdg = plan.hdg[kept] + np.add.reduceat(more * plan.length, kept) / length
+    s, x, y, curvature, rate = (getattr(plan, name)[kept] for name in ("s", "x", "y", "curvature", "rate"))
+    return PlanView(np.searchsorted(kept, plan.start), s, x, y, hdg, length, curvature, rate)
 
 
 def _flat_part(plan: PlanView) -> FloatArray:

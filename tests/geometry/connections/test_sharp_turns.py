@@ -97,6 +97,7 @@ def turned_right(before: float, after: float, beside: float, off: float = 0.0) -
         entry=np.array([1, 2]),
         exit=np.array([2, 1]),
         against=np.zeros(2, bool),
+        joins_cars=np.zeros(2, bool),
         lane_type=(LaneType.DRIVING,) * 2,
         access=(Access.ALL,) * 2,
         inner=((),) * 2,

@@ -30,6 +30,7 @@ def connecting(plan: PlanView) -> ConnectingRoads:
         entry_lane=np.array([-1]),
         exit_lane=np.array([-1]),
         against=np.array([False]),
+        joins_cars=np.array([False]),
         lane_type=(LaneType.DRIVING,),
         access=(Access.ALL,),
         inner=((),),

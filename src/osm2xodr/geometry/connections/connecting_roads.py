@@ -74,6 +74,7 @@ class ConnectingRoads:
     # (n,) Whether the lane lies on the side of the reference line where oncoming traffic drives: it joins lanes for
     # both directions, whose ids say the other direction.
     against: BoolArray
+    joins_cars: BoolArray  # (n,) Whether it leads from a bicycle lane to a lane for cars
     # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 for cars' lanes, but
     # where crossfall runs through the junction (`crossfall_lines`)
     entry_aside: FloatArray
@@ -94,10 +95,9 @@ class ConnectingRoads:
 
         That is their start; but bicycle lanes that join a wider lane for cars keep their width as long as they can.
         """
-        bicycles = np.array([kind is LaneType.BIKING for kind in self.lane_type], bool)
         # A smooth step is steepest in its middle.
         needed = 1.5 * (self.exit_width - self.entry_width) / STEEPEST_WIDTH
-        return np.where(bicycles & (needed > 0.0), np.maximum(self.length - needed, 0.0), 0.0)
+        return np.where(self.joins_cars & (needed > 0.0), np.maximum(self.length - needed, 0.0), 0.0)
 
     def there_and_back(self) -> tuple[IntArray, IntArray]:
         """Return the ways of cars there and back between the same two arms, by their rows, (pairs,)."""
@@ -225,6 +225,7 @@ def build_connecting_roads(
         entry_width=np.array([row.lane_in.spec.width for row in rows]),
         exit_width=np.array([row.lane_out.spec.width for row in rows]),
         against=np.array([row.against for row in rows], bool),
+        joins_cars=np.array([row.joins_cars() for row in rows], bool),
         entry_aside=np.zeros(len(rows)),
         exit_aside=np.zeros(len(rows)),
         height=np.zeros(len(rows)),

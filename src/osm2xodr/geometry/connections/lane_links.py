@@ -50,6 +50,10 @@ class LaneRow:
             return LaneType.BIKING
         return one.type if one.type is other.type else LaneType.DRIVING
 
+    def joins_cars(self) -> bool:
+        """Return whether bicycles leave their lane for one of cars."""
+        return self.lane_in.spec.type is LaneType.BIKING and self.lane_out.spec.type is not LaneType.BIKING
+
     def access(self) -> Access:
         """Return which cars may drive on the lane that connects the two: all who may on one of them."""
         one, other = self.lane_in.spec.access, self.lane_out.spec.access

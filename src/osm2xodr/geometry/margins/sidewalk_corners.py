@@ -245,6 +245,7 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
         entry_width=first.width,
         exit_width=last.width,
         against=np.zeros(count, bool),
+        joins_cars=np.zeros(count, bool),
         # Left of the reference line, in the sidewalk's own direction.
         entry_aside=np.where(corners.entry % 2 == 1, 1.0, -1.0) * (first.t - line_first),
         exit_aside=np.where(corners.exit % 2 == 0, 1.0, -1.0) * (last.t - line_last),
