@@ -204,6 +204,25 @@ def test_cycle_tracks_lead_straight_on_past_other_streets(rule: Rule, side_stree
 
 
 @EITHER
+def test_cycle_tracks_widen_over_all_of_their_way_past_other_streets(rule: Rule) -> None:
+    """Only bicycle lanes that join cars widen at their end: `ConnectingRoads.change_start`."""
+    wider, back = replace(TRACK, width=TRACK.width + 0.6), Direction.BACKWARD
+    first, second = ((VERGE, replace(track, direction=back)) for track in (TRACK, wider))
+    roads = built(wide(X), {1: (first, (VERGE, TRACK)), 2: (second, (VERGE, wider)), 3: ((), ()), 4: ((), ())}, rule)
+    assert_sound(roads)
+    lanes = [
+        lane
+        for road in roads.roads
+        if road.junction is not None
+        for lane in road.lane_sections[0].lanes
+        if lane.type is LaneType.BIKING
+    ]
+    assert len(lanes) == 2
+    assert [len(lane.widths) for lane in lanes] == [1, 1]
+    assert sorted(lane.widths[0].a for lane in lanes) == pytest.approx([TRACK.width, wider.width])
+
+
+@EITHER
 def test_cycle_tracks_do_not_turn_across_the_junction(rule: Rule) -> None:
     """From the west only to the south: its far side has none to lead to."""
     case = wide(X)
