@@ -450,8 +450,12 @@ def test_an_area_that_has_all_is_written_as_without_borders(village: RoadMap, tm
     assert kept.elevation_report == village.elevation_report
     assert kept.border_ends == ()
     known = {name: value for name, value in village.statistics.items() if name in kept.statistics}
-    assert kept.statistics == pytest.approx(known, abs=1e-5)
-    assert set(village.statistics) - set(known) == {
+    # Counted again from what is written, which joins elements of nearly the same grade.
+    steepest = kept.statistics["grade_max"], known.pop("grade_max")
+    assert steepest[0] == pytest.approx(steepest[1], abs=5e-4)
+    rest = {name: value for name, value in kept.statistics.items() if name != "grade_max"}
+    assert rest == pytest.approx(known, abs=1e-5)
+    assert set(village.statistics) - set(kept.statistics) == {
         "grade_over_class_limit_km",
         "junction_tilt_max",
         "layer_crossings",

@@ -25,8 +25,9 @@ def values(module: ModuleType) -> dict[str, object]:
 
 
 GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "BUILT_UP_STREET_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
+OF_PARSING = ("LANE_WIDTH_MIN", "LANES_BESIDE_PARKING", "TOWN_SPEED_MAX_KMH")
 DEFAULTS = values(shared) | values(of_lanes) | values(of_margins)
-DEFAULTS |= {name: getattr(of_parsing, name) for name in (*GUESSED_SPEEDS, "LANE_WIDTH_MIN", "TOWN_SPEED_MAX_KMH")}
+DEFAULTS |= {name: getattr(of_parsing, name) for name in (*GUESSED_SPEEDS, *OF_PARSING)}
 DEFAULTS |= {
     name: getattr(of_conventions, name) for name in ("LANE_WIDTH", "ONE_LANE_WIDTH", "LANE_WIDTH_BESIDE_IN_TOWN")
 }
