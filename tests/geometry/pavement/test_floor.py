@@ -213,6 +213,16 @@ def test_no_roads_have_no_floor() -> None:
     assert (floor.left, floor.right) == ({}, {})
 
 
+def test_strips_have_no_teeth() -> None:
+    """The end of a strip in Malta whose points esmini 3.6 never found."""
+    s = np.array([0.0, 0.27, 0.54, 0.81, 1.08, 1.35])
+    width = np.array([0.0, 0.406, 0.703, 0.406, 0.473, 0.2])
+    strips, places = np.repeat([0, 1], 6), np.tile(s, 2)
+    one, other = width_records(strips, places, np.concatenate([width, width[::-1]]), 2, 0.001)
+    assert [cubic.a for cubic in one] == pytest.approx([0.0, 0.406, 0.703, 0.473, 0.473])
+    assert [cubic.a for cubic in other] == pytest.approx([0.2, 0.473, 0.473, 0.703, 0.406])
+
+
 def test_widths_become_few_lines() -> None:
     s = np.linspace(0.0, 8.0, 41)
     width = np.where(s < 3.9, 0.0, np.where(s < 6.0, 2.0 + 0.01 * np.sin(9 * s), 2.0 - (s - 6.0)))

@@ -19,8 +19,10 @@ def width_records(
 ) -> list[tuple[Cubic, ...]]:
     """Return the widths of strips as linear records that miss no given width by more than a tolerance, m.
 
-    `strip` (n,), ascending, is the strip, 0 … count - 1, that a width, m, at s belongs to; s ascends from 0.
+    `strip` (n,), ascending, is the strip, 0 … count - 1, that a width, m, at s belongs to; s ascends from 0. Widths
+    that are less than those before and behind them become the lesser of these.
     """
+    width = _without_dips(strip, width)
     last = np.append(np.diff(strip) > 0, True)
     # At the end of a road up, so that no width falls below 0 before it.
     s = np.where(last, np.ceil(s * 10**_DECIMALS) / 10**_DECIMALS, np.round(s, _DECIMALS))
@@ -36,6 +38,17 @@ def width_records(
         if before is None or not (value == rise == before.a == before.b == 0.0):
             out[k].append(Cubic(at, value, rise))
     return [tuple(item) for item in out]
+
+
+def _without_dips(strip: IntArray, width: FloatArray) -> FloatArray:
+    """Raise widths between two larger ones: cells show single rays too short, and esmini 3.6 may never load teeth.
+
+    Its search for points of lanes (``CheckAndAddOSIPoint`` in ``RoadManager.cpp``) does not end at some of them.
+    """
+    out = width.copy()
+    within = np.flatnonzero((strip[1:-1] == strip[:-2]) & (strip[1:-1] == strip[2:])) + 1
+    out[within] = np.maximum(width[within], np.minimum(width[within - 1], width[within + 1]))
+    return out
 
 
 def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float) -> BoolArray:
