@@ -189,6 +189,16 @@ def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray,
     return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])
 
 
+def lines_that_go_on(plan: PlanView, owner: IntArray, most: float) -> BoolArray:
+    """Say which records but the first are lines that go on as the lines before them, (records - 1,).
+
+    Both have the same `owner`, (records,), and headings that differ by less than `most`, rad.
+    """
+    straight = (plan.curvature == 0.0) & (plan.rate == 0.0)
+    on: BoolArray = straight[1:] & straight[:-1] & (owner[1:] == owner[:-1])
+    return on & (np.abs(wrapped(np.diff(plan.hdg))) < most)
+
+
 def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
     """Return one curve for each group of curves, each of which goes on where the one before it in its group ends.
 
@@ -201,10 +211,7 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
     before = begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][group]
     curve = owners(plan.start)
     owner = group[curve]
-    turn = np.abs(wrapped(np.diff(plan.hdg)))
-    straight = (plan.curvature == 0) & (plan.rate == 0)
-    lines = straight[1:] & straight[:-1]
-    goes_on = (owner[1:] == owner[:-1]) & lines & (turn < _SAME_HEADING)
+    goes_on = lines_that_go_on(plan, owner, _SAME_HEADING)
     kept = np.flatnonzero(np.concatenate([[True], ~goes_on])[: len(owner)])
     return PlanView(
         np.searchsorted(owner[kept], np.arange(len(first))).astype(np.int64),

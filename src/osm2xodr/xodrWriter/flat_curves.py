@@ -15,8 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, owners, ranks, wrapped
-from osm2xodr.model import FloatArray, PlanView
+from osm2xodr.curves import advance, lines_that_go_on, owners, ranks, wrapped
+from osm2xodr.model import FloatArray, IntArray, PlanView
 from osm2xodr.xodrWriter.even_steps import cut_records
 
 # Radius beyond which arcs become lines, m: numbers of single precision are 1.6 cm apart there.
@@ -53,8 +53,7 @@ def _without_flat_spirals(plan: PlanView) -> PlanView:
     beside = np.abs(plan.rate[rows]) * part[rows] ** 3 / 324.0
     pairs = np.maximum(np.ceil(np.cbrt(beside / _MISPLACED)), 1.0).astype(np.int64)
     cuts = 2 * pairs - (part[rows] >= plan.length[rows])
-    ds = np.repeat(part[rows] / (2 * pairs), cuts) * (ranks(cuts) + 1)
-    out = cut_records(plan, np.repeat(rows, cuts), ds)
+    out = _cut_evenly(plan, rows, part[rows] / (2 * pairs), cuts)
     first = np.repeat(rows + np.cumsum(cuts) - cuts, pairs) + 2 * ranks(pairs)
     half, rate = out.length[first], out.rate[first]
     third = 2.0 * rate * half / 3.0
@@ -67,14 +66,17 @@ def _without_flat_spirals(plan: PlanView) -> PlanView:
     return replace(out, x=x, y=y, hdg=hdg, curvature=curvature, rate=rates)
 
 
+def _cut_evenly(plan: PlanView, rows: IntArray, every: FloatArray, cuts: IntArray) -> PlanView:
+    """Cut records (n,) so many times each, at every so many metres from their starts."""
+    return cut_records(plan, np.repeat(rows, cuts), np.repeat(every, cuts) * (ranks(cuts) + 1))
+
+
 def _with_joined_lines(plan: PlanView) -> PlanView:
     """Make one line of lines that go on in the same direction: ASAM's checker calls them redundant."""
-    straight, curve = (plan.curvature == 0.0) & (plan.rate == 0.0), owners(plan.start)
-    on = straight[1:] & straight[:-1] & (curve[1:] == curve[:-1])
-    on &= np.abs(wrapped(np.diff(plan.hdg))) < _SAME_HEADING
-    kept = np.flatnonzero(np.concatenate([[True], ~on]))
+    goes_on = lines_that_go_on(plan, owners(plan.start), _SAME_HEADING)
+    kept = np.flatnonzero(np.concatenate([[True], ~goes_on]))
     length = np.add.reduceat(plan.length, kept)
-    more = wrapped(plan.hdg - np.repeat(plan.hdg[kept], np.diff(np.append(kept, len(curve)))))
+    more = wrapped(plan.hdg - np.repeat(plan.hdg[kept], np.diff(np.append(kept, len(plan.s)))))
     # From the first one's start to the last one's end.
     hdg = plan.hdg[kept] + np.add.reduceat(more * plan.length, kept) / length
     s, x, y, curvature, rate = (getattr(plan, name)[kept] for name in ("s", "x", "y", "curvature", "rate"))
@@ -103,9 +105,7 @@ def _without_flat_arcs(plan: PlanView) -> PlanView:
         return plan
     count = np.ceil(plan.length[flat] * np.sqrt(np.abs(plan.curvature[flat]) / (8.0 * _BESIDE))).astype(np.int64)
     count = np.maximum(count, 1)
-    cuts = [(row, plan.length[row] * k / n) for row, n in zip(flat, count.tolist(), strict=True) for k in range(1, n)]
-    row, ds = np.array(cuts, float).reshape(-1, 2).T
-    out = cut_records(plan, row.astype(np.int64), ds)
+    out = _cut_evenly(plan, flat, plan.length[flat] / count, count - 1)
     lines = (out.rate == 0.0) & (np.abs(out.curvature) * LARGEST_RADIUS < 1.0)
     # Chords: the ends of arcs as flat as these lie less than a micrometre farther along the line.
     hdg = np.where(lines, out.hdg + 0.5 * out.curvature * out.length, out.hdg)

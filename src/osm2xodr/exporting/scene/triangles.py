@@ -48,17 +48,23 @@ class Soup:
         return replace(self, place=self.place[kept], z=self.z[kept], uv=self.uv[kept], tag=self.tag[kept])
 
 
+def _joined(one: IntArray, other: IntArray, count: int) -> IntArray:
+    """Return the number of the group that each of `count` items is in where pairs of them are joined, (count,)."""
+    graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
+    label: IntArray = connected_components(graph, directed=False)[1].astype(np.int64)
+    return label
+
+
 def merged_places(xy: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the place of each point, and the places: points closer than `ONE_PLACE`, at the first of them."""
     unique, inverse = np.unique(xy, axis=0, return_inverse=True)
     first = np.full(len(unique), len(xy))
     np.minimum.at(first, inverse, np.arange(len(xy)))
     pairs = cKDTree(unique).query_pairs(ONE_PLACE, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
-    count, label = connected_components(graph, directed=False)
-    lead = np.full(count, len(xy))
+    label = _joined(pairs[:, 0], pairs[:, 1], len(unique))
+    lead = np.full(label.max(initial=-1) + 1, len(xy))
     np.minimum.at(lead, label, first)
-    return label.astype(np.int64)[inverse], xy[lead]
+    return label[inverse], xy[lead]
 
 
 def without_slivers(soup: Soup) -> Soup:
@@ -155,10 +161,8 @@ def _with_near_ends_merged(
 
 def _merged(one: IntArray, other: IntArray, count: int) -> IntArray:
     """Return the place that each of `count` places becomes where pairs of them become one, (count,): the first."""
-    graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
-    first = np.unique(label, return_index=True)[1]
-    out: IntArray = first[label].astype(np.int64)
+    label = _joined(one, other, count)
+    out: IntArray = np.unique(label, return_index=True)[1][label]
     return out
 
 

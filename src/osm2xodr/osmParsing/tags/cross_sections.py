@@ -102,8 +102,7 @@ def cross_section(
     )
     offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
     if offset is None:
-        known = (parking_left, parking_right) if carriageway else (margins.parking_left, margins.parking_right)
-        offset = LANES_BESIDE_PARKING * (known[1] - known[0]) / 2.0
+        offset = LANES_BESIDE_PARKING * (parking_right - parking_left) / 2.0
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
 
@@ -134,7 +133,7 @@ def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bo
 def _carriageway(
     tags: Tags, margins: Margins, slots: Sequence[Slot], findings: Findings
 ) -> tuple[float | None, float, float]:
-    """Return the tagged width of the carriageway, and its parts used for parking on the left and right, m.
+    """Return the tagged width of the carriageway, if any, and what of it parked cars use on the left and right, m.
 
     The width is read where it is needed: for lanes without one, or for parking. Where parked cars would leave no room
     for a lane, it is taken to be that of the lanes alone, and no part is used for parking.
@@ -143,10 +142,8 @@ def _carriageway(
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return None, 0.0, 0.0
     width = first_width(tags, WIDTH_TAGS, CARRIAGEWAY_WIDTHS, "width", "a road", findings)
-    if width is None or not parked:
-        return width, 0.0, 0.0
     parking = margins.parking_left + margins.parking_right
-    if width - parking < LANE_WIDTH_MIN:
+    if width is not None and parked and width - parking < LANE_WIDTH_MIN:
         words = f"{width:g} m of width have no room for {parking:g} m of parking, taken to be that of the lanes alone"
         findings.append((Kind.GUESSED, "width", words))
         return width, 0.0, 0.0

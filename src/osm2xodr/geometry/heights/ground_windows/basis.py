@@ -69,8 +69,6 @@ class Basis:
         self.cell = cell
         self.k = wave_numbers() / cell  # (SIZE, SIZE) Wave numbers, rad/m
         self.k4 = (self.k**4).astype(np.float32)
-        # The mean has no place in a spectrum of relief; it counts like the longest wave.
-        self.inverse_k4 = 1.0 / np.maximum(self.k4, self.k4[0, 1])
         # Matrices this small are transformed by multiplication in a third of the time that the fast transform takes.
         self._cosines = _cosines().astype(np.float32)
         self._sines = np.ascontiguousarray(self._cosines.T)
