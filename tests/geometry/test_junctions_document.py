@@ -57,7 +57,7 @@ def module_of(where: str) -> str:
         "boundaries/defaults": "osm2xodr.geometry.boundaries.defaults",
         "geometry/defaults": "osm2xodr.geometry.defaults",
         "merge_setbacks": "osm2xodr.geometry.merge_setbacks",
-        "merge_marks": "osm2xodr.geometry.merge_marks",
+        "connecting_marks": "osm2xodr.geometry.connecting_marks",
         "plan_view/defaults": "osm2xodr.geometry.plan_view.defaults",
         "osm2xodr/defaults": "osm2xodr.defaults",
     }[where]

@@ -13,6 +13,7 @@ from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
+from osm2xodr.geometry.connecting_marks import connecting_marks
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, find_crossfall_lines, floor_on, on_crossfall_lines
 from osm2xodr.geometry.heights import (
@@ -26,7 +27,6 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
-from osm2xodr.geometry.merge_marks import merge_marks
 from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
@@ -209,7 +209,7 @@ def _road_map(
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     level = profile_of([() for _ in lanes])
-    marks = merge_marks(parts, plan.connecting, lanes, network.rule)
+    marks = connecting_marks(parts, plan.connecting, lanes, network.rule)
     roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,

@@ -1,6 +1,8 @@
-"""Road marks within splits and merges."""
+"""Road marks within junctions."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 from street_cases import Case
@@ -68,12 +70,64 @@ def test_a_lane_that_leaves_has_the_line_beside_it_up_to_there() -> None:
     assert found[3, 3][1] == "solid"
 
 
-def test_crossings_have_no_lines() -> None:
-    nodes = {**_NODES, "n": (0.0, 60.0)}
-    ways = {**split().ways, 4: ("o n", "highway=residential oneway=yes")}
-    roads = Case(nodes, ways).build()
-    kinds = {lane.road_mark.type for road in through(roads) for lane in road.lane_sections[0].lanes if lane.road_mark}
-    assert kinds == {"none"}
+_LINED = "highway=secondary maxspeed=70"
+_CROSS = {"w": (-150.0, 0.0), "o": (0.0, 0.0), "e": (150.0, 0.0), "n": (0.0, 150.0), "s": (0.0, -150.0)}
+
+
+def edges(case: Case, rule: Rule = Rule.RIGHT_HAND) -> dict[tuple[int, int], set[tuple[str, str]]]:
+    """Return the types of marks at the inner and the outer edge of lanes, by the ways that they lead from and to."""
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    ways = {road.id: road.osm_way_ids for road in roads.roads}
+    out: dict[tuple[int, int], set[tuple[str, str]]] = {}
+    for road in through(roads):
+        assert road.predecessor is not None
+        assert road.successor is not None
+        marks = {lane.id: lane.road_mark for lane in road.lane_sections[0].lanes}
+        inner, outer = marks[0], marks[-1 if rule is Rule.RIGHT_HAND else 1]
+        assert inner is not None
+        assert outer is not None
+        (before,), (behind,) = ways[road.predecessor.id], ways[road.successor.id]
+        out.setdefault((before, behind), set()).add((inner.type, outer.type))
+    return out
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_the_line_at_the_edge_runs_on_opposite_a_side_road_and_round_its_corners(rule: Rule) -> None:
+    """West (1) to east (2), with a side road to the south (3): to the right of those who come from the west."""
+    case = Case(_CROSS, {1: ("w o", _LINED), 2: ("o e", _LINED), 3: ("o s", _LINED)})
+    none, outer = {("none", "none")}, {("none", "solid")}
+    # Of left-hand traffic the mirror image.
+    assert edges(case, rule) == {
+        (1, 2): none,
+        (2, 1): outer,
+        (1, 3): outer,
+        (3, 2): outer,
+        (3, 1): none,
+        (2, 3): none,
+    }
+
+
+def test_the_line_at_the_edge_ends_where_the_next_road_has_none() -> None:
+    """Nor does it lead round the corners of a road without lines, or across its mouth."""
+    unlined = f"{_LINED} lane_markings=no"
+    case = Case(_CROSS, {1: ("w o", _LINED), 2: ("o e", unlined), 3: ("o s", "highway=residential")})
+    assert set.union(*edges(case).values()) == {("none", "none")}
+
+
+def test_lines_at_edges_do_not_cross_a_crossing() -> None:
+    case = Case(_CROSS, {1: ("w o", _LINED), 2: ("o e", _LINED), 3: ("o s", _LINED), 4: ("o n", _LINED)})
+    found = edges(case)
+    assert all(found[way] == {("none", "none")} for way in ((1, 2), (2, 1), (3, 4), (4, 3)))
+
+
+def test_the_line_along_the_inside_of_a_roundabout_is_closed() -> None:
+    """It runs on where arms leave and reach the ring; the outer line does not."""
+    angles = [k * math.pi / 8 for k in range(16)]
+    ring = {f"r{k}": (20.0 * math.cos(angle), 20.0 * math.sin(angle)) for k, angle in enumerate(angles)}
+    nodes = {**ring, "e": (150.0, 0.0), "w": (-150.0, 0.0)}
+    around = " ".join([*ring, "r0"])
+    case = Case(nodes, {1: (around, f"{_LINED} junction=roundabout"), 2: ("r0 e", _LINED), 3: ("r8 w", _LINED)})
+    assert edges(case)[1, 1] == {("solid", "none")}
 
 
 def test_lines_have_the_colours_of_the_roads() -> None:

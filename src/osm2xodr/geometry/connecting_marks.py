@@ -1,0 +1,165 @@
+"""Road marks within junctions: lines run on where lanes do and no other lane crosses them.
+
+Where carriageways part or join, lanes go on side by side for a hundred metres, and so do the lines between and beside
+them. In other junctions the line at the carriageway's edge runs on: opposite a side road, along the inside of a
+roundabout, and round a corner.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.curves import lengths, pose, ranks
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
+from osm2xodr.geometry.merge_setbacks import merge_stems
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneSection, LaneType, RoadMark, Rule
+
+# Edges of lanes are looked at every so many metres, but not at their ends.
+_SPACING: Final = 1.0
+_ENDS: Final = 1.0
+# An edge lies in another lane if it is so deep inside, and on its edge if it is so near to that, m. Choices.
+_INSIDE: Final = 0.4
+# It has the line between two lanes if it is the edge of both for this share of its length. A choice.
+_SHARED: Final = 0.6
+
+Marks = tuple[RoadMark, RoadMark]
+"""The marks on the inner and the outer edge of a connecting road's lane; the inner one is nearer to lane 0."""
+
+
+_Edge = Literal["inside", "shared", "free"]
+"""What the edge of a lane is: inside another lane, the edge of one on its other side as well, or neither.
+
+Ways that part or join have the same edge for a while, which none of them shares. One too short to tell is inside.
+"""
+
+
+def connecting_marks(
+    parts: RoadParts, connecting: ConnectingRoads, lanes: Sequence[LaneLayout], rule: Rule
+) -> dict[int, Marks]:
+    """Return the marks of connecting roads for vehicles, by their indices; those without any are left out.
+
+    An edge that no other lane crosses has a mark: that of the carriageway's edge, in splits and merges where the lane
+    has one before or behind the junction, elsewhere where it has one at both. In splits and merges it has that
+    between lanes where it is the edge of another lane, too (of both lanes the one that lies nearer to lane 0 has it).
+    """
+    merge = merge_stems(parts, connecting) >= 0
+    kinds = _kinds(connecting, lanes, merge)
+    wanted = np.array(list(kinds), np.int64)
+    inner, outer = _edges(connecting, wanted, (1, -1) if rule is Rule.RIGHT_HAND else (-1, 1))
+    out: dict[int, Marks] = {}
+    for (row, found), *edges in zip(kinds.items(), inner, outer, strict=True):
+        marks = [_mark(edge, both, bool(merge[row])) for edge, both in zip(edges, found, strict=True)]
+        # The line between two lanes is painted once.
+        out[row] = NO_MARK if marks[0].type.startswith("broken") else marks[0], marks[1]
+    return {row: marks for row, marks in out.items() if marks != (NO_MARK, NO_MARK)}
+
+
+class _Places(NamedTuple):
+    """Places along the middles of lanes, row after row."""
+
+    row: IntArray  # (m,) Of the connecting road
+    xy: FloatArray  # (m, 2) m
+    hdg: FloatArray  # (m,) rad
+    half: FloatArray  # (m,) Half of the lane's width, m
+
+    @staticmethod
+    def along(connecting: ConnectingRoads, rows: IntArray) -> _Places:
+        """Return places on some connecting roads, from end to end."""
+        length = lengths(connecting.plan_view, rows)
+        count = np.maximum((length / _SPACING).astype(np.int64), 2) + 1
+        of = np.repeat(np.arange(len(rows)), count)
+        share = ranks(count) / (count - 1)[of]
+        x, y, hdg = pose(connecting.plan_view, rows[of], share * length[of])
+        width = connecting.entry_width[rows][of] * (1 - share) + connecting.exit_width[rows][of] * share
+        return _Places(rows[of], np.column_stack([x, y]), hdg, 0.5 * width)
+
+    def chosen(self, which: BoolArray | IntArray) -> _Places:
+        """Return some of the places."""
+        return _Places(self.row[which], self.xy[which], self.hdg[which], self.half[which])
+
+
+def _edges(connecting: ConnectingRoads, wanted: IntArray, sides: tuple[int, int]) -> list[list[_Edge]]:
+    """Return what the left (1) and right (-1) edges of some connecting roads' lanes are, side after side."""
+    driven = np.array([kind is not LaneType.SIDEWALK for kind in connecting.lane_type], bool)
+    there = np.isin(connecting.junction, connecting.junction[wanted])
+    places = _Places.along(connecting, np.flatnonzero(driven & there))
+    own = places.chosen(np.isin(places.row, wanted))
+    return [_edges_beside(connecting.junction, places, own, wanted, side) for side in sides]
+
+
+def _edges_beside(junction: IntArray, places: _Places, own: _Places, wanted: IntArray, side: int) -> list[_Edge]:
+    outwards = side * np.column_stack([-np.sin(own.hdg), np.cos(own.hdg)])
+    edge = own.xy + own.half[:, None] * outwards
+    first, last = np.searchsorted(own.row, own.row), np.searchsorted(own.row, own.row, "right") - 1
+    looked_at = np.minimum(np.hypot(*(edge - edge[first]).T), np.hypot(*(edge - edge[last]).T)) > _ENDS
+    reach = math.hypot(places.half.max(initial=0.0) + _INSIDE, _SPACING)
+    near = cKDTree(edge).sparse_distance_matrix(cKDTree(places.xy), reach, output_type="ndarray")
+    pairs = np.column_stack([near["i"], near["j"]])
+    one, two = own.row[pairs[:, 0]], places.row[pairs[:, 1]]
+    pairs = pairs[looked_at[pairs[:, 0]] & (one != two) & (junction[one] == junction[two])]
+    at, other = pairs[:, 0], places.chosen(pairs[:, 1])
+    step = edge[at] - other.xy
+    along = step[:, 0] * np.cos(other.hdg) + step[:, 1] * np.sin(other.hdg)
+    across = np.abs(step[:, 1] * np.cos(other.hdg) - step[:, 0] * np.sin(other.hdg)) - other.half
+    on = (np.abs(along) <= _SPACING) & (across < _INSIDE)
+    beyond = (step * outwards[at]).sum(axis=1) < 0.0
+    many = len(junction)
+    places_of = np.bincount(own.row[looked_at], minlength=many)
+    crossed = np.bincount(own.row[at[on & (across < -_INSIDE)]], minlength=many)
+    beside = np.bincount(own.row[np.unique(at[on & beyond])], minlength=many)
+    inside = (crossed > 0) | (places_of == 0)
+    shared = beside >= _SHARED * places_of
+    return ["inside" if inside[row] else "shared" if shared[row] else "free" for row in wanted.tolist()]
+
+
+def _kinds(
+    connecting: ConnectingRoads, lanes: Sequence[LaneLayout], merge: BoolArray
+) -> dict[int, tuple[tuple[RoadMark, RoadMark], tuple[RoadMark, RoadMark]]]:
+    """Return the marks before and behind at the inner and the outer edges of lanes for vehicles, by their rows.
+
+    They are those of splits and merges, and of other junctions if a line runs on at one of the edges.
+    """
+    cars = connecting.for_vehicles()
+    lined = np.zeros(2 * len(lanes), bool)
+    for end in np.unique(np.concatenate([connecting.entry[cars], connecting.exit[cars]])).tolist():
+        lined[end] = any(item.road_mark and item.road_mark.type == "solid" for item in _section(lanes, end).lanes)
+    out = {}
+    for row in np.flatnonzero(cars & (merge | (lined[connecting.entry] & lined[connecting.exit]))).tolist():
+        before = _marks(lanes, int(connecting.entry[row]), int(connecting.entry_lane[row]))
+        behind = _marks(lanes, int(connecting.exit[row]), int(connecting.exit_lane[row]))
+        edges = (before[0], behind[0]), (before[1], behind[1])
+        if merge[row] or any(map(_runs_on, edges)):
+            out[row] = edges
+    return out
+
+
+def _section(lanes: Sequence[LaneLayout], end: int) -> LaneSection:
+    return lanes[end // 2].sections[-1 if end % 2 else 0]
+
+
+def _marks(lanes: Sequence[LaneLayout], end: int, lane: int) -> tuple[RoadMark, RoadMark]:
+    """Return the marks at the inner and the outer edge of a lane at the end of a road."""
+    marks = {item.id: item.road_mark or NO_MARK for item in _section(lanes, end).lanes}
+    return marks[lane - int(np.sign(lane))], marks[lane]
+
+
+def _runs_on(kinds: tuple[RoadMark, RoadMark]) -> bool:
+    """Whether the line at a carriageway's edge leads to a junction and on behind it."""
+    return all(mark.type == "solid" for mark in kinds)
+
+
+def _mark(edge: str, kinds: tuple[RoadMark, RoadMark], merge: bool) -> RoadMark:
+    """Return the mark on an edge of a lane, of those on this edge of its lane before and behind the junction."""
+    if not merge:
+        return replace(kinds[0], lane_change="none") if edge == "free" and _runs_on(kinds) else NO_MARK
+    wanted = {"shared": "broken", "free": "solid"}.get(edge)
+    found = next((mark for mark in kinds if mark.type == wanted), NO_MARK)
+    return replace(found, lane_change="none")
