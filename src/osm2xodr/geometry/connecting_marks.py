@@ -15,7 +15,8 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths, pose, ranks
+from osm2xodr.curves import heading_change, lengths, pose, ranks
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
@@ -125,9 +126,11 @@ def _kinds(
 ) -> dict[int, tuple[tuple[RoadMark, RoadMark], tuple[RoadMark, RoadMark]]]:
     """Return the marks before and behind at the inner and the outer edges of lanes for vehicles, by their rows.
 
-    They are those of splits and merges, and of other junctions if a line runs on at one of the edges.
+    They are those of splits and merges, and of other junctions if a line runs on at one of the edges; turns back have
+    none, since pavement lies on both sides of them.
     """
-    cars = connecting.for_vehicles()
+    turn = np.abs(heading_change(connecting.plan_view, np.arange(len(connecting.length))))
+    cars = connecting.for_vehicles() & (turn < LEAST_TURN_BACK)
     lined = np.zeros(2 * len(lanes), bool)
     for end in np.unique(np.concatenate([connecting.entry[cars], connecting.exit[cars]])).tolist():
         lined[end] = any(item.road_mark and item.road_mark.type == "solid" for item in _section(lanes, end).lanes)

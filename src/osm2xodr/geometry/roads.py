@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -116,10 +116,10 @@ def build_roads(
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
     faces = Faces.of(plan.parts, through)
-    floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout))
-    holes = tuple(_islands(network, plan, through, floor.holes))
+    enclosed = partial(_is_enclosed, _streets_at(network), plan.layout, through)
+    floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout), enclosed)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor))
-    islands, left_out = raised_islands(network.roadside, road_map, holes)
+    islands, left_out = raised_islands(network.roadside, road_map, tuple(_islands(plan, through, floor.islands)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)
     return replace(road_map, islands=islands)
@@ -143,22 +143,31 @@ def _round_islands(network: StreetNetwork, layout: JunctionLayout) -> frozenset[
     return frozenset(k for k, nodes in enumerate(layout.nodes) if any(ids[node] in loops for node in nodes))
 
 
-def _islands(
-    network: StreetNetwork, plan: RoadPlan, through: ConnectingRoads, holes: tuple[Hole, ...]
-) -> Iterator[Island]:
-    """Return the holes in junctions that the streets of these go round."""
-    ids = RoadIds(len(plan.parts.length), len(through.length))
-    around: dict[int, list[FloatArray]] = {}
-    for street in network.streets if holes else ():
+def _streets_at(network: StreetNetwork) -> dict[int, list[FloatArray]]:
+    """Return the lines of the streets that begin or end at each intersection, (n, 2), m."""
+    out: dict[int, list[FloatArray]] = {}
+    for street in network.streets:
         for node in {street.start, street.end}:
-            around.setdefault(node, []).append(street.points)
-    for hole in holes:
+            out.setdefault(node, []).append(street.points)
+    return out
+
+
+def _is_enclosed(
+    streets: Mapping[int, Sequence[FloatArray]], layout: JunctionLayout, through: ConnectingRoads, hole: Hole
+) -> bool:
+    """Say whether the streets of its junction go round a hole, those at each intersection given."""
+    lines = [line for node in layout.nodes[int(through.junction[hole.road])] for line in streets.get(node, ())]
+    return is_island(
+        hole, np.concatenate([line[:-1] for line in lines]), np.concatenate([line[1:] for line in lines])
+    )
+
+
+def _islands(plan: RoadPlan, through: ConnectingRoads, islands: tuple[Hole, ...]) -> Iterator[Island]:
+    """Return the islands that junctions have."""
+    ids = RoadIds(len(plan.parts.length), len(through.length))
+    for hole in islands:
         junction = int(through.junction[hole.road])
-        lines = [line for node in plan.layout.nodes[junction] for line in around.get(node, [])]
-        if is_island(
-            hole, np.concatenate([line[:-1] for line in lines]), np.concatenate([line[1:] for line in lines])
-        ):
-            yield Island(ids.junction(junction), len(plan.parts.length) + hole.road, hole.corners)
+        yield Island(ids.junction(junction), len(plan.parts.length) + hole.road, hole.corners)
 
 
 def _pose_heights(

@@ -49,16 +49,35 @@ def test_a_place_that_is_open_to_a_side_stays_open() -> None:
     assert (floor.left, floor.right) == ({}, {})
 
 
-def test_a_gap_is_paved_unless_it_may_be_an_island() -> None:
-    """2.5 m by 2 m is too small; 8 m² between lanes for cars alone may be one; sidewalks bring their own kerb."""
-    small = connecting([(x0 - 1.5 * (x0 > 3), y0, x1 - 1.5 * (x1 > 3), y1) for x0, y0, x1, y1 in AROUND])
-    kinds = (LaneType.DRIVING, LaneType.DRIVING, LaneType.SIDEWALK, LaneType.DRIVING)
-    large = connecting(AROUND)
-    for roads, paved in ((small, True), (large, False), (replace(large, lane_type=kinds), True)):
-        floor = lay_floor(roads, Rule.RIGHT_HAND)
-        assert len(floor.left) == 1
-        assert floor.paved_left == (set(floor.left) if paved else set())
-        assert floor.paved_right == set()
+@pytest.mark.parametrize(
+    ("wide", "deep", "sidewalk", "enclosed", "paved"),
+    [
+        (2.5, 2.0, False, True, True),  # Too small
+        (6.0, 3.0, False, True, False),
+        (6.0, 3.0, False, False, True),
+        (6.0, 3.0, True, True, True),  # Sidewalks bring their own kerb
+    ],
+)
+def test_a_gap_is_paved_unless_it_is_an_island(
+    wide: float, deep: float, sidewalk: bool, enclosed: bool, paved: bool
+) -> None:
+    roads = connecting(
+        [
+            (
+                x0 + (wide - 4) * (x0 > 3),
+                y0 + (deep - 2) * (y0 > 1),
+                x1 + (wide - 4) * (x1 > 3),
+                y1 + (deep - 2) * (y1 > 1),
+            )
+            for x0, y0, x1, y1 in AROUND
+        ]
+    )
+    if sidewalk:
+        roads = replace(roads, lane_type=(*roads.lane_type[:2], LaneType.SIDEWALK, roads.lane_type[3]))
+    floor = lay_floor(roads, Rule.RIGHT_HAND, is_island=lambda hole: enclosed)
+    assert len(floor.left) == 1
+    assert floor.paved_left == (set(floor.left) if paved else set())
+    assert floor.paved_right == set()
 
 
 def test_the_end_of_a_road_that_nothing_goes_on_from_closes_a_gap() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Set as AbstractSet
+from collections.abc import Callable, Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -46,15 +46,20 @@ class Floor:
     # Roads whose strips are part of the carriageway, more of them than of places that may be islands
     paved_left: frozenset[int] = frozenset()
     paved_right: frozenset[int] = frozenset()
-    holes: tuple[Hole, ...] = ()  # What lanes for cars go round and may be islands
+    islands: tuple[Hole, ...] = ()  # What lanes for cars go round and is no pavement
 
 
 def lay_floor(
-    roads: ConnectingRoads, rule: Rule, faces: Faces | None = None, unpaved: AbstractSet[int] = frozenset()
+    roads: ConnectingRoads,
+    rule: Rule,
+    faces: Faces | None = None,
+    unpaved: AbstractSet[int] = frozenset(),
+    is_island: Callable[[Hole], bool] = lambda hole: False,
 ) -> Floor:
     """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose.
 
-    `unpaved` are the junctions whose loops go round something else than pavement.
+    `unpaved` are the junctions whose loops go round something else than pavement; `is_island` says which places of
+    some size that lanes for cars alone go round are not paved.
     """
     if not len(roads.length):
         return Floor({}, {})
@@ -63,7 +68,9 @@ def lay_floor(
     junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
     cars = roads.for_vehicles()
     loops = Loops.of(roads, cars, unpaved)
-    parts = [_laid(rows, junction[rows], roads, cars, edges, faces, loops) for rows in _batches(roads, junction)]
+    parts = [
+        _laid(rows, junction[rows], roads, cars, edges, faces, loops, is_island) for rows in _batches(roads, junction)
+    ]
     found = [sections for sections, *_ in parts]
     road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
     order = np.argsort(road, kind="stable")
@@ -72,7 +79,7 @@ def lay_floor(
     paved = np.hstack([item for *_, item, _ in parts])[:, order]
     left, right = (_records(road, s, spacing, each) for each in widths)
     paved_left, paved_right = (_mostly_paved(road, spacing, widths[k], paved[k]) for k in (0, 1))
-    return Floor(left, right, paved_left, paved_right, tuple(hole for *_, holes in parts for hole in holes))
+    return Floor(left, right, paved_left, paved_right, tuple(hole for *_, islands in parts for hole in islands))
 
 
 def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
@@ -91,8 +98,9 @@ def _laid(
     edges: LaneEdges,
     faces: Faces,
     loops: Loops,
+    is_island: Callable[[Hole], bool],
 ) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
-    """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and holes.
+    """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and islands.
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs; `cars` (roads,) are for motor vehicles.
     """
@@ -102,8 +110,9 @@ def _laid(
     known, of = np.unique(junction_of, return_inverse=True)
     number, faces = of.astype(np.int64), faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
-    grids = find_gaps(sections, junction, cars, faces)
-    holes = find_holes(grids, cars)
+    grids = find_gaps(sections, junction, faces)
+    islands = [(hole, gap) for hole, gap in find_holes(grids, cars) if is_island(hole)]
+    grids = grids.without_pavement(np.array([gap for _, gap in islands], np.int64))
     width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
     # These are whole, whatever cells show where their cross sections are far from each other.
     fixed = in_loops > 0.0
@@ -115,7 +124,7 @@ def _laid(
             break
         here = sections.chosen(again).widened(width[:, again], paved[:, again])
         junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        found = find_gaps(here, renumbered, cars, faces.within(junctions))
+        found = find_gaps(here, renumbered, faces.within(junctions))
         more, of_these, left = _strips(found, here, renumbered, roads, edges)
         more[fixed[:, again]] = 0.0
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
@@ -124,7 +133,7 @@ def _laid(
     # What is open to the side where the lanes of an arm end stays so.
     width = np.where(fixed, width, np.minimum(width, room_before_ends(sections, rows, roads, edges, faces)))
     used = _of_roads_with_strips(width, sections)
-    return sections.chosen(used), width[:, used], paved[:, used], holes
+    return sections.chosen(used), width[:, used], paved[:, used], [hole for hole, _ in islands]
 
 
 def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
@@ -138,7 +147,7 @@ def _strips(
     grids: Grids, sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Return the widths of strips, left and right (2, n), m, which are paved, and which junctions have large ones."""
-    width, paved = np.zeros((2, len(sections.s))), np.zeros((2, len(sections.s)), bool)
+    width, paved = np.zeros((2, len(sections.s))), np.ones((2, len(sections.s)), bool)
     if not grids.gap.any():
         return width, paved, np.zeros(len(grids.wide), bool)
     rays = cast_rays(grids, sections, junction)
@@ -150,7 +159,7 @@ def _strips(
         strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
         for part in (strip, _continued(strip, sections, roads, edges)):
             np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
-            paved[part.row[part.paved], part.section[part.paved]] = True
+            paved[part.row[~part.paved], part.section[~part.paved]] = False
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
     area = np.bincount(junction, width.sum(axis=0) * sections.spacing)

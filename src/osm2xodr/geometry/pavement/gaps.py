@@ -23,7 +23,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 POINTS_PER_CELL: Final = 0.7
 # Share of their width by which narrow lanes are drawn narrower on both sides at most. A choice.
 _INSET_SHARE: Final = 0.4
-# What cells hold that no lane covers: nothing, a strip where an island may be, or a paved one.
+# What cells hold that no lane covers: nothing, a strip of an island, or a paved one.
 FREE: Final = -1
 STRIP: Final = -2
 PAVED: Final = -3
@@ -68,7 +68,7 @@ class Grids:
     across: NDArray[np.int32]
     holes: Runs | None = None  # What may be islands
     faces: Faces | None = None  # What else bounds gaps
-    # By number of the gap: whether it is no island: too small, or not between lanes for cars alone; [0] is none
+    # By number of the gap: whether it is part of the carriageway, not of an island; [0] is none
     paved: BoolArray = field(default_factory=lambda: np.zeros(1, bool))
 
     def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
@@ -78,6 +78,12 @@ class Grids:
         row += self.first[k]
         row += column
         return row
+
+    def without_pavement(self, gaps: IntArray) -> Grids:
+        """Return them with some gaps, by their numbers, that are islands."""
+        paved = self.paved.copy()
+        paved[gaps] = False
+        return replace(self, paved=paved)
 
     def cells_far(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the cells at any t; where that is beyond the grid, its first cell, which is outside of all lanes."""
@@ -113,10 +119,10 @@ class Grids:
                 self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
 
 
-def find_gaps(sections: CrossSections, junction: IntArray, cars: BoolArray, faces: Faces) -> Grids:
+def find_gaps(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:
     """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,).
 
-    `cars` says which connecting roads are for motor vehicles, (roads,); `faces` bound gaps as lanes do.
+    `faces` bound gaps as lanes do. Gaps are paved but for what is left beside a strip of an island.
     """
     grids = _empty_grids(sections, junction, faces)
     _draw(grids, sections, faces)
@@ -141,19 +147,17 @@ def find_gaps(sections: CrossSections, junction: IntArray, cars: BoolArray, face
     count = (last - first)[rows]
     cells, of = runs(first[rows], count), np.repeat(number[rows], count)
     grids.gap[cells] = of
-    paved = np.append(False, size[good] < defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2)
     wide = np.repeat(grids.wide[owner[rows]], count)
-    # Kerbs lie where sidewalks are, and lanes for cars end at faces. `FACE` to `FREE` count from the end.
-    paved[of[_beside(grids, cells, wide, np.append(~cars, [True, False, False, False]))]] = True
-    paved[of[_beside(grids, cells, wide, np.append(np.zeros(len(cars), bool), [False, False, True, False]))]] = False
+    paved = np.append(False, np.ones(int(good.sum()), bool))
+    paved[of[_beside(grids, cells, wide, STRIP)]] = False
     return replace(grids, holes=holes, faces=faces, paved=paved)
 
 
-def _beside(grids: Grids, cells: IntArray, wide: IntArray, wanted: BoolArray) -> BoolArray:
+def _beside(grids: Grids, cells: IntArray, wide: IntArray, wanted: int) -> BoolArray:
     """Say beside which cells lies one that holds what is `wanted`, (n,); their grids are `wide` (n,)."""
     out = np.zeros(len(cells), bool)
     for step in (-1, 1, -wide, wide):
-        out |= wanted[grids.road[cells + step]]
+        out |= grids.road[cells + step] == wanted
     return out
 
 

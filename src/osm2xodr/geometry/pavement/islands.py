@@ -30,9 +30,12 @@ class Hole:
     area: float  # Of all of it, m²
 
 
-def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
-    """Return the places of some size that lanes for cars, `cars` (roads,), go round."""
-    found: list[Hole] = []
+def find_holes(grids: Grids, cars: BoolArray) -> list[tuple[Hole, int]]:
+    """Return the places of some size that lanes for cars, `cars` (roads,), go round.
+
+    Each comes with the number of its gap in the grids, 0 where it is too large for one.
+    """
+    found: list[tuple[Hole, int]] = []
     holes = grids.holes
     if holes is None or not len(holes.area):
         return found
@@ -53,7 +56,7 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[Hole]:
             continue
         corner = grids.corner[grid] + (int(low.min()) - 1, int(row.min()) - 1)
         hole = hole_of(cells, corner * defaults.GAP_CELL, int(beside[0]))
-        found += [] if hole is None else [hole]
+        found += [] if hole is None else [(hole, int(grids.gap[holes.first[a]]))]
     return found
 
 
