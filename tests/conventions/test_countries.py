@@ -114,7 +114,7 @@ def test_units_of_signs(code: str, unit: str) -> None:
         ("IT", "secondary", 3.5),
         ("AU", "tertiary", 3.5),
         ("JP", "trunk", 3.25),
-        ("DE", "motorway", 3.75),
+        ("DE", "motorway", 3.65),
         ("", "primary", LANE_WIDTH["primary"]),
         ("", "corridor", LANE_WIDTH_OTHER),
     ],

@@ -5,13 +5,14 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# Width of one of several lanes by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and
-# 3.25) and RASt 06 (6.50 m of carriageway for main streets with buses, 4.75 m where a car passes a lorry slowly);
-# within 0.2 m of the 12, 11 and 10 feet of AASHTO's Green Book for the same uses. Motorways were surveyed with 3.6 to
-# 3.7, residential and unclassified streets of two lanes with 3.2 and 3.7; ``width`` of 56 residential ones says 3.0.
+# Width of one of several lanes by OSM's highway value, m: RAL 2012 (rural roads 3.50 and 3.25) and RASt 06 (6.50 m of
+# carriageway for main streets with buses, 4.75 m where a car passes a lorry slowly); within 0.2 m of the 12, 11 and
+# 10 feet of AASHTO's Green Book for the same uses. 14 km of two motorways were surveyed with 3.6 to 3.7 between lines,
+# where RAA 2008 has 3.75; residential and unclassified streets of two lanes with 3.2 and 3.7; ``width`` of 56
+# residential ones says 3.0.
 LANE_WIDTH: Final = MappingProxyType(
     {
-        "motorway": 3.75,
+        "motorway": 3.65,
         **dict.fromkeys(("motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 3.5),
         **dict.fromkeys(("secondary", "secondary_link", "tertiary", "tertiary_link", "busway"), 3.25),
         **dict.fromkeys(("unclassified", "road"), 3.25),
