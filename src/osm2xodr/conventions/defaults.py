@@ -7,7 +7,7 @@ from typing import Final
 
 # Width of one of several lanes by OSM's highway value, m: RAL 2012 (rural roads 3.50 and 3.25) and RASt 06 (6.50 m of
 # carriageway for main streets with buses, 4.75 m where a car passes a lorry slowly); within 0.2 m of the 12, 11 and
-# 10 feet of AASHTO's Green Book for the same uses. 14 km of two motorways were surveyed with 3.6 to 3.7 between lines,
+# 10 feet of AASHTO's Green Book for the same uses. 14 km of motorways were surveyed with 3.6 to 3.7 between lines,
 # where RAA 2008 has 3.75; residential and unclassified streets of two lanes with 3.2 and 3.7; ``width`` of 56
 # residential ones says 3.0.
 LANE_WIDTH: Final = MappingProxyType(

@@ -59,11 +59,11 @@ class Carriageways:
 
     def points(self, row: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y, z beside stations."""
-        across = t * np.cos(self.bank[row])
+        level = np.cos(self.bank)
         return (
-            self.x[row] - np.sin(self.hdg[row]) * across,
-            self.y[row] + np.cos(self.hdg[row]) * across,
-            self.z[row] + t * np.sin(self.bank[row]),
+            self.x[row] - (np.sin(self.hdg) * level)[row] * t,
+            self.y[row] + (np.cos(self.hdg) * level)[row] * t,
+            self.z[row] + np.sin(self.bank)[row] * t,
         )
 
     def gradients(self, row: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -256,6 +256,8 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, columns:
         key, z, row = key[within], z[within], row[within]
     del x, y, k, column, within
     road = ways.road[row]
+    several = _with_several(key, road)
+    key, z, row, road = key[several], z[several], row[several], road[several]
     # One entry for each cell and road, then in each cell from below.
     order = np.lexsort((road, key))
     order = order[_changes(key[order], road[order])]
@@ -265,6 +267,17 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, columns:
     first = np.where(road[both] < road[both + 1], both, both + 1)
     last = np.where(road[both] < road[both + 1], both + 1, both)
     return _Shared(road[first], road[last], ways.s[row[first]])
+
+
+def _with_several(key: IntArray, road: IntArray) -> IntArray:
+    """Return the entries whose keys belong to several roads, ascending; few do."""
+    order = np.argsort(key)
+    first = np.flatnonzero(_changes(key[order]))
+    if not len(first):
+        return first
+    of = road[order]
+    several = np.minimum.reduceat(of, first) != np.maximum.reduceat(of, first)
+    return np.sort(order[np.repeat(several, np.diff(np.append(first, len(key))))])
 
 
 def _changes(*columns: IntArray) -> BoolArray:
