@@ -29,6 +29,12 @@ def row(*tags: str, length: float = 200.0) -> Case:
     return Case(nodes, {k + 1: (f"p{k} p{k + 1}", text) for k, text in enumerate(tags)})
 
 
+def of_one_width(text: str, width: float) -> StreetAttributes:
+    """Return a street with lanes that are all of one width, m, those for bicycles, too."""
+    plain = street(text)
+    return replace(plain, lanes_ltr=tuple(replace(lane, width=width) for lane in plain.lanes_ltr))
+
+
 def links_in(roads: RoadMap) -> list[dict[int, int | None]]:
     """Return the successors of the lanes of each section but the last of the only road."""
     (road,) = roads.roads
@@ -222,8 +228,9 @@ def test_length_of_tapers(speed_kmh: float | None, length: float, middle: float,
 
 
 def test_a_taper_without_room_for_a_smooth_step_is_a_line_with_round_ends() -> None:
-    """A lane of 3 m for traffic that comes opens over 18 m, and the others move aside as steadily: 1 in 5.1."""
-    found = layout((0.0, street("d>", width=3.0)), (10.0, street("d< d>", width=3.0)), end=20.0)
+    """A lane of 3 m opens over 18 m where another one begins, and the others move aside as steadily: 1 in 5.1."""
+    bicycles = of_one_width("c< d>", 3.0)
+    found = layout((0.0, street("d>", width=3.0)), (10.0, bicycles), end=20.0)
     (opens,) = (lane for lane in found.sections[1].lanes if lane.id == 1)
     assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, 2.7, 15.3, 18.0])
     slope = 3.0 / (0.85 * 18.0)
@@ -244,7 +251,8 @@ def test_a_taper_without_room_for_a_smooth_step_is_a_line_with_round_ends() -> N
 @pytest.mark.parametrize(("taper", "share"), [(16.5, 1 - 3.0 / (0.2 * 16.5)), (12.0, 0.05)])
 def test_a_taper_with_still_less_room_has_shorter_round_ends(taper: float, share: float) -> None:
     """A lane of 3 m opens over 16.5 m at 1 in 5, and over 12 m as gently as short ends allow."""
-    found = layout((0.0, street("d>", width=3.0)), (5.0, street("d< d>", width=3.0)), end=taper + 2.0)
+    bicycles = of_one_width("c< d>", 3.0)
+    found = layout((0.0, street("d>", width=3.0)), (5.0, bicycles), end=taper + 2.0)
     (opens,) = (lane for lane in found.sections[1].lanes if lane.id == 1)
     assert max(cubic.b for cubic in opens.widths) == pytest.approx(3.0 / ((1 - share) * taper))
     assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, share * taper, (1 - share) * taper, taper])
@@ -494,6 +502,26 @@ def test_no_lane_runs_against_a_one_way_stretch(first: str, then: str) -> None:
     (zone,) = taper_zones(road, Rule.RIGHT_HAND)
     # The zone begins where the second direction does, or ends where it ends.
     assert (zone.start if first == "d>" else zone.end) == pytest.approx(50.0)
+
+
+def test_other_changes_push_no_lane_into_a_one_way_stretch() -> None:
+    """Lanes that change 15 m before a one-way stretch do so earlier: these tapers take 29.75 m each."""
+    one, two, last = street("d< d> d>"), street("d< d>"), street("d>")
+    road = cut((0.0, one), (85.0, two), (100.0, last), end=200.0)
+    zones = taper_zones(road, Rule.RIGHT_HAND)
+    assert [(zone.start, zone.end) for zone in zones] == [pytest.approx((40.5, 70.25)), pytest.approx((70.25, 100.0))]
+    road = cut((0.0, last), (100.0, two), (115.0, one), end=200.0)
+    zones = taper_zones(road, Rule.RIGHT_HAND)
+    assert [(zone.start, zone.end) for zone in zones] == [
+        pytest.approx((100.0, 129.75)),
+        pytest.approx((129.75, 159.5)),
+    ]
+
+
+def test_a_stretch_with_a_lane_for_bicycles_against_it_is_one_way() -> None:
+    road = cut((0.0, street("d< d>")), (50.0, street("c< d>")))
+    (zone,) = taper_zones(road, Rule.RIGHT_HAND)
+    assert (zone.start, zone.end) == pytest.approx((20.25, 50.0))
 
 
 def test_lanes_do_not_change_where_a_tight_bend_begins_or_ends() -> None:

@@ -123,9 +123,47 @@ def test_traffic_is_never_turned_round_for_the_sake_of_tapers() -> None:
     assert lanes(in_a_row((50.0, ONE), (1.0, one_way), (60.0, THREE))) == [1, 2, 3]
     assert lanes(in_a_row((50.0, ONE), (0.999, one_way), (60.0, THREE))) == [1, 3]
     # The one neighbour whose traffic runs alike takes over, however short.
-    found = in_a_row((60.0, one_way), (5.0, ONE), (20.0, TWO), (60.0, one_way))
+    found = in_a_row((60.0, one_way), (5.0, ONE), (60.0, TWO), (60.0, one_way))
     assert lanes(found) == [2, 2, 2]
-    assert borders(found) == [0.0, 60.0, 85.0, 145.0]
+    assert borders(found) == [0.0, 60.0, 125.0, 185.0]
+
+
+ONE_WAY = street("d>", osm_way_id=4)
+
+
+@pytest.mark.parametrize(("length", "kept"), [(30.75, True), (30.74, False)])
+def test_lanes_against_one_way_streets_need_room_to_end(length: float, kept: bool) -> None:
+    """A lane of 3.5 m ends over 8.5 times that, 1 m off the road's end: 30.75 m, or there is none."""
+    found = in_a_row((length, ONE), (60.0, ONE_WAY))
+    assert [len(item.section.left) for item in found] == ([1, 0] if kept else [0])
+    assert found[-1].end == length + 60.0
+    assert [way for item in found for way in item.ways] == [1, 4]
+    # Whichever way the road is drawn, and whichever way cars run.
+    found = in_a_row((60.0, ONE_WAY), (length, ONE))
+    assert [len(item.section.left) for item in found] == ([0, 1] if kept else [0])
+    found = in_a_row((60.0, street("d<")), (length, ONE))
+    assert [len(item.section.right) for item in found] == ([0, 1] if kept else [0])
+
+
+@pytest.mark.parametrize(("length", "kept"), [(59.51, True), (59.49, False)])
+def test_lanes_against_one_way_streets_at_both_ends_need_room_twice(length: float, kept: bool) -> None:
+    found = in_a_row((60.0, ONE_WAY), (length, ONE), (60.0, ONE_WAY))
+    assert [len(item.section.left) for item in found] == ([0, 1, 0] if kept else [0])
+    assert found[-1].end == 120.0 + length
+    # One-way streets that differ share what they take over.
+    found = in_a_row((60.0, ONE_WAY), (20.0, ONE), (60.0, street("d> d>")))
+    assert (borders(found), lanes(found)) == ([0.0, 70.0, 140.0], [1, 2])
+
+
+def test_a_street_between_one_way_streets_that_meet_stays() -> None:
+    """Neither can take it over without traffic that meets head on."""
+    found = in_a_row((60.0, ONE_WAY), (20.0, ONE), (60.0, street("d<")))
+    assert [(len(item.section.left), len(item.section.right)) for item in found] == [(0, 1), (1, 1), (1, 0)]
+
+
+def test_a_lane_for_bicycles_against_cars_needs_no_such_room() -> None:
+    found = in_a_row((20.0, street("c< d>")), (60.0, ONE_WAY))
+    assert [len(item.section.left) for item in found] == [1, 0]
 
 
 @pytest.mark.parametrize(

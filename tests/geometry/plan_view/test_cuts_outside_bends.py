@@ -10,7 +10,7 @@ from street_cases import Case, Stages
 
 from osm2xodr.geometry.defaults import HALF_NARROW_LANE
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.geometry.plan_view.cuts_outside_bends import trims_clear_of_bends
+from osm2xodr.geometry.plan_view.cuts_outside_bends import places_clear_of_bends, trims_clear_of_bends
 from osm2xodr.model import PlanView
 
 # A T whose stem turns off squarely 20 m from the node.
@@ -94,3 +94,26 @@ def test_an_end_in_a_spiral_moves_to_where_it_is_gentle_enough(side: float) -> N
     trim = np.where(junction == 0, 13.0, 0.0)
     found = trims_clear_of_bends(ends, junction, trim, trim, np.full(2 * streets, 80.0))
     assert found[end] == pytest.approx(20.0)
+
+
+def bent(*length: float) -> PlanView:
+    """Return a line, a bend of 6 m to the left and another line, of some length, m, as one curve."""
+    plain, at = np.zeros(3), np.array(length)
+    return PlanView(np.array([0, 3]), np.cumsum(at) - at, plain, plain, plain, at, np.array([0.0, 1 / 6, 0.0]))
+
+
+@pytest.mark.parametrize(("side", "expected"), [(None, 36.0), (0, 36.0), (-1, 36.0), (1, 50.0)])
+def test_a_place_moves_off_a_bend_to_the_side_that_it_should(side: int | None, expected: float) -> None:
+    """A bend lies from s = 40 to 46: places are clear 3 m before it and 3 m behind it, in steps of 2 m from 42."""
+    zero, edge = np.zeros(1, np.int64), np.array([3.0])
+    sides = None if side is None else np.array([side])
+    place, end = np.array([42.0]), np.array([100.0])
+    found = places_clear_of_bends(bent(40.0, 6.0, 54.0), zero, place, -edge, edge, end, sides)
+    assert found == pytest.approx([expected])
+
+
+def test_a_place_moves_to_the_other_side_where_no_other_leads_off_a_bend() -> None:
+    zero, edge = np.zeros(1, np.int64), np.array([3.0])
+    place, end, side = np.array([42.0]), np.array([100.0]), np.array([1])
+    found = places_clear_of_bends(bent(40.0, 40.0, 20.0), zero, place, -edge, edge, end, side)
+    assert found == pytest.approx([36.0])

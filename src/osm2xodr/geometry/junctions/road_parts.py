@@ -13,7 +13,7 @@ from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
-from osm2xodr.geometry.lanes import Piece, Stretch, stretches, taper_zones
+from osm2xodr.geometry.lanes import Piece, Stretch, car_directions, stretches, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork
 
@@ -237,7 +237,10 @@ def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece
     curve = np.array([k for k, _ in inner], np.int64)
     s = np.array([fitted.pieces[k][i][0] for k, i in inner])
     right, left = np.array([outermost_lanes(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner]).T
-    moved = places_clear_of_bends(fitted.plan_view, curve, s, right, left, length)
+    # Lanes against a one-way piece stay out of it: the border moves away from that.
+    cars = [[car_directions(fitted.pieces[k][i + j][2]) for j in (-1, 0)] for k, i in inner]
+    side = np.array([(before < after) - (after < before) for before, after in cars], np.int64)
+    moved = places_clear_of_bends(fitted.plan_view, curve, s, right, left, length, side)
     out = list(fitted.pieces)
     changed = np.unique(curve[moved != s])
     first, last = np.searchsorted(curve, changed), np.searchsorted(curve, changed, side="right")

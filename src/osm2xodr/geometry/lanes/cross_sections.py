@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 
@@ -73,3 +74,9 @@ def lanes_of(section: CrossSection, direction: Direction, along: bool) -> tuple[
                 found.append(EndLane(side * number, t + side * lane.width / 2, lane))
             t += side * lane.width
     return tuple(sorted(found, key=lambda lane: -lane.t if along else lane.t))
+
+
+def car_directions(section: CrossSection) -> set[Direction]:
+    """Return the directions of traffic on lanes for cars, buses and taxis; lanes for both say nothing more."""
+    lanes = (*section.left, *section.right)
+    return {lane.direction for lane in lanes if lane.type in COUNTED_LANES} - {Direction.BOTH}

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import pairwise
 
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece, car_directions
 from osm2xodr.geometry.lanes.defaults import SHORTEST_LIMIT
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
@@ -45,7 +45,8 @@ def stretches(
 
     Pieces whose lanes and limits are the same become one stretch; a stretch that is too short for the tapers of its
     lanes joins the longer of its neighbours, and so do those whose changes of lanes have no
-    room: all of the road but its ends, unless `room` is given, m.
+    room: all of the road but its ends, unless `room` is given, m. One-way stretches take over short ones of both
+    directions, where lanes against them would have no room to open or end.
     """
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):
@@ -64,7 +65,9 @@ def stretches(
         _, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
         return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
     return _with_room(
-        _without_short(_grown_at_ends(found)), rule, room_for_tapers(end - begin) if room is None else room
+        _without_stubs(_without_short(_grown_at_ends(found)), rule),
+        rule,
+        room_for_tapers(end - begin) if room is None else room,
     )
 
 
@@ -212,6 +215,51 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
         merged = replace(found[taker], start=first.start, end=last.end, ways=(*first.ways, *last.ways))
         found[min(k, taker) : max(k, taker) + 1] = [merged]
     return found
+
+
+def _without_stubs(found: list[Stretch], rule: Rule) -> list[Stretch]:
+    """Let one-way stretches take over what lies beside them, or between two of them, and is too short for tapers.
+
+    Lanes against a one-way stretch open and end outside of it. Nobody comes from there on them, or may go on there.
+    """
+    stub = _stub(found, rule)
+    while stub is not None:
+        found = _taken_over(found, *stub)
+        stub = _stub(found, rule)
+    return found
+
+
+def _stub(found: Sequence[Stretch], rule: Rule) -> tuple[int, int, list[int]] | None:
+    """Return the first and the last of the stretches that one-way ones take over, and these, or None."""
+    ways = [car_directions(item.section) for item in found]
+    starts = [k for k in range(len(found)) if not k or ways[k] != ways[k - 1]]
+    for first, last in zip(starts, [*(k - 1 for k in starts[1:]), len(found) - 1], strict=True):
+        beside = [i for i in (first - 1, last + 1) if 0 <= i < len(found)]
+        if any(ways[i] and ways[i] < ways[first] for i in beside) and ways[beside[0]] == ways[beside[-1]]:
+            ends = (first == 0) + (last == len(found) - 1)
+            room = found[last].end - found[first].start - ends * defaults.STEADY_END
+            changes = [change_between(found[min(i, last)], found[max(i, first)], rule) for i in beside]
+            if room < sum(change.least for change in changes):
+                return first, last, beside
+    return None
+
+
+def _taken_over(found: Sequence[Stretch], first: int, last: int, takers: Sequence[int]) -> list[Stretch]:
+    """Return the stretches without some of them, which the takers beside them share."""
+    start, end = found[first].start, found[last].end
+    ways = tuple(way for item in found[first : last + 1] for way in item.ways)
+    middle = (start + end) / 2 if len(takers) == 2 else start if takers[0] > last else end
+    out = [*found[:first], *found[last + 1 :]]
+    if takers[0] < first:
+        out[first - 1] = _grown(out[first - 1], end=middle, ways=ways)
+    if takers[-1] > last:
+        after = out[first]
+        out[first] = replace(after, start=middle, ways=(*ways, *after.ways) if len(takers) == 1 else after.ways)
+    if len(takers) == 2 and _same_lanes(out[first - 1].section, out[first].section):
+        before, after = out[first - 1 : first + 1]
+        if same_rules(before.attributes, after.attributes):
+            out[first - 1 : first + 1] = [_grown(before, end=after.end, ways=after.ways)]
+    return out
 
 
 def _has_own_limit(found: Sequence[Stretch], k: int) -> bool:

@@ -10,9 +10,10 @@ import numpy as np
 
 from osm2xodr.curves import end_curvature, owners
 from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.cross_sections import car_directions
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between, directions
+from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between
 from osm2xodr.model import PlanView, Rule
 
 
@@ -95,12 +96,34 @@ def taper_zones(
         for (one, other), change, length in zip(pairwise(road), changes, lengths, strict=True)
     ]
     begin = (road[-1].end - whole) / 2
-    starts = _placed(middles, lengths, begin, whole)
+    starts = _off_one_way(road, _placed(middles, lengths, begin, whole), lengths, begin, whole)
     ends = [start + length for start, length in zip(starts, lengths, strict=True)]
     if joints:
         _keep_off(joints, road, changes, starts, ends)
     shifts = _shifts(changes, starts, ends, begin, road[-1].end - begin, joints)
     return tuple(TaperZone(*item) for item in zip(starts, ends, changes, *zip(*shifts, strict=True), strict=True))
+
+
+def _off_one_way(
+    road: Sequence[Stretch], starts: Sequence[float], lengths: Sequence[float], begin: float, room: float
+) -> list[float]:
+    """Return where zones begin, moved by as little as possible to where lanes end before one-way stretches.
+
+    Lanes against these open behind them, too, as far as all zones have room.
+    """
+    out = list(starts)
+    before, after = ([car_directions(item.section) for item in items] for items in (road[:-1], road[1:]))
+    least = [one.end if mine < more else begin for one, mine, more in zip(road, before, after, strict=False)]
+    most = [one.end if more < mine else np.inf for one, mine, more in zip(road, before, after, strict=False)]
+    for k in reversed(range(len(out))):
+        ahead = out[k + 1] if k + 1 < len(out) else np.inf
+        out[k] = min(out[k], min(most[k], ahead) - lengths[k])
+    for k in range(len(out)):
+        out[k] = max(out[k], least[k], out[k - 1] + lengths[k - 1] if k else begin)
+    latest = begin + room
+    for k in reversed(range(len(out))):
+        latest = out[k] = min(out[k], latest - lengths[k])
+    return out
 
 
 def _keep_off(
@@ -119,7 +142,7 @@ def _keep_off(
         length, middle = ends[k] - starts[k], (starts[k] + ends[k]) / 2
         if not any(starts[k] < s < ends[k] for s in joints):
             continue
-        before, after = directions(road[k]), directions(road[k + 1])
+        before, after = car_directions(road[k].section), car_directions(road[k + 1].section)
         lower = max(ends[k - 1] if k else steady, road[k].end if before < after else 0.0)
         upper = min(starts[k + 1] if k + 1 < len(changes) else road[-1].end - steady, road[-1].end)
         if after < before:
@@ -171,7 +194,7 @@ def _behind_border(one: Stretch, other: Stretch, change: LaneChange, length: flo
     Lanes against a one-way stretch stay out of it. Where limits are low the zone lies on the side with more lanes, as
     far as these keep their width on a part of it.
     """
-    before, after = directions(one), directions(other)
+    before, after = car_directions(one.section), car_directions(other.section)
     if before != after:
         return length / 2 if before < after else -length / 2 if after < before else 0.0
     if not change.more or not change.is_slow:

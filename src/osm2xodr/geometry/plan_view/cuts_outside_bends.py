@@ -124,12 +124,19 @@ def has_tight_bend(plan: PlanView, curve: IntArray, right: FloatArray, left: Flo
 
 
 def places_clear_of_bends(
-    plan: PlanView, curve: IntArray, s: FloatArray, right: FloatArray, left: FloatArray, length: FloatArray
+    plan: PlanView,
+    curve: IntArray,
+    s: FloatArray,
+    right: FloatArray,
+    left: FloatArray,
+    length: FloatArray,
+    side: IntArray | None = None,
 ) -> FloatArray:
     """Return places moved along their curves, by as little as possible, to where no bend is tight, (n,), m.
 
     A place stays where there is none near enough. `right` and `left` (n,) are t of the middles of the outermost
-    lanes, `length` that of each curve, m.
+    lanes, `length` that of each curve, m. Where `side` (n,) is 1 or -1, a place moves forwards or back, unless only
+    the other way leads off the bend.
     """
     moved = s.copy()
     # Most curves bend nowhere that much: their places stay unless they are close to an end.
@@ -140,7 +147,10 @@ def places_clear_of_bends(
     probes = np.concatenate([-_PROBES[:0:-1], _PROBES])
     for shift in _SHIFTS:
         at = s[todo] + inwards[todo] * shift
-        inside = np.flatnonzero((at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1]))
+        allowed = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
+        if side is not None:
+            allowed &= side[todo] * inwards[todo] * shift >= 0.0
+        inside = np.flatnonzero(allowed)
         row = todo[inside]
         probed = (at[inside, None] + probes).ravel()
         bend = curvature_at(plan, np.repeat(curve[row], len(probes)), probed).reshape(-1, len(probes))
@@ -150,4 +160,6 @@ def places_clear_of_bends(
         todo = np.delete(todo, free)
         if not len(todo):
             break
+    if side is not None and len(todo):
+        moved[todo] = places_clear_of_bends(plan, curve[todo], s[todo], right[todo], left[todo], length)
     return moved
