@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import MappingProxyType
 from typing import Final
 
@@ -98,6 +99,8 @@ IN_LINE_MOST_TURNS: Final = 1.0
 IN_LINE_LEAST: Final = 0.2
 # Stretches that are passed in less time, s, shift as a whole. A choice: about twice what `IN_LINE_MOST_TURNS` takes.
 IN_LINE_SECONDS: Final = 8.0
+# Turns below this lead straight on, rad (50 degrees): about half of a square turn. A choice.
+STRAIGHT_ON: Final = math.radians(50.0)
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.

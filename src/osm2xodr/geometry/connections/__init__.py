@@ -10,7 +10,6 @@ from osm2xodr.geometry.connections.connecting_roads import (
     draw_in_parts,
     redraw_connecting_roads,
 )
-from osm2xodr.geometry.connections.lane_assignment import STRAIGHT_ON
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
@@ -29,7 +28,6 @@ from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.tighter_ways import draw_tighter
 
 __all__ = [
-    "STRAIGHT_ON",
     "ConnectingRoads",
     "InnerLane",
     "LaneLinks",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from osm2xodr.defaults import LEAST_TURN_BACK
-from osm2xodr.geometry.connections.lane_assignment import STRAIGHT_ON, ArmLanes, LaneLink, LaneMovement
+from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneLink, LaneMovement
+from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.model import LaneSpec, LaneType
 
 

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from osm2xodr.geometry.defaults import U_TURN_RADIUS
+from osm2xodr.defaults import LEAST_TURN_BACK
+from osm2xodr.geometry.defaults import STRAIGHT_ON, U_TURN_RADIUS
 from osm2xodr.geometry.lanes import left_turns, right_turns
 from osm2xodr.model import LaneSpec, LaneType
 
@@ -27,8 +28,6 @@ _ANGLE: Final = {
     "sharp_right": -135.0,
 }
 _SET_APART: Final = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
-# Turns below this lead straight on, rad (50 degrees): about half of a square turn. A choice.
-STRAIGHT_ON: Final = math.radians(50.0)
 # Turns above this are to a side where a value of turn:lanes asks for one, rad (10 degrees). A choice.
 _TO_A_SIDE: Final = math.radians(10.0)
 # Arms that turn by less than this into one exit merge side by side, rad (35 degrees, as ``slight_left``). A choice.
@@ -87,6 +86,8 @@ def assign_lanes(
             if movements[straight].stated is not None:
                 apart = [pair for pair in apart if specs[pair[0]].type is LaneType.BIKING]
             links += [(straight, *pair) for pair in apart]
+        else:
+            links += _buses_round_corners(specs, leaving, movements, exits, near_side_left)
     for exit_ in sorted({item.exit for item in movements}):
         arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
         links += _into_exit(arriving, movements, served, exits[exit_], entries, near_side_left)
@@ -111,8 +112,24 @@ def u_turn_lanes(lateral: Sequence[float], entry: ArmLanes, exit_: ArmLanes, nea
     return ins[0], (reached or outs[-1:])[0]
 
 
-def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:
-    """Link the lanes set apart for buses, taxis and bicycles: to their like, buses else to cars' lanes."""
+def lead_buses_on(
+    entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool
+) -> list[tuple[int, int]]:
+    """Link the lanes for buses and taxis where no car may go: to their like, else to lanes for cars."""
+    return [
+        (one, other)
+        for one, other in _set_apart(entry, exit_, near_side_left, alone=True)
+        if entry[one].type is not LaneType.BIKING and exit_[other].type in (entry[one].type, LaneType.DRIVING)
+    ]
+
+
+def _set_apart(
+    entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool, *, alone: bool = False
+) -> list[tuple[int, int]]:
+    """Link the lanes set apart for buses, taxis and bicycles: to their like, buses else to cars' lanes.
+
+    An entry with no other lanes than those of one kind has lanes for all, unless these are `alone`.
+    """
     pairs: list[tuple[int, int]] = []
     for kind in _SET_APART:
         ins = [k for k, spec in enumerate(entry) if spec.type is kind]
@@ -120,13 +137,38 @@ def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_l
         if not near_side_left:
             ins, outs = ins[::-1], outs[::-1]
         pairs += zip(ins, outs, strict=False)
-        if kind is not LaneType.BIKING and len(ins) != len(entry):
+        if kind is not LaneType.BIKING and (alone or len(ins) != len(entry)):
             usable = _for_cars(exit_)
             middle = (len(entry) - 1) / 2
             for k in ins[len(outs) :]:
                 at_left = k < middle or (k == middle and not near_side_left)
                 pairs.append((k, usable[0] if at_left else usable[-1]))
     return pairs
+
+
+def _buses_round_corners(
+    entry: Sequence[LaneSpec],
+    leaving: Sequence[int],
+    movements: Sequence[LaneMovement],
+    exits: dict[int, ArmLanes],
+    near_side_left: bool,
+) -> list[LaneLink]:
+    """Link the lanes for buses and taxis of an entry that no movement leads straight on from.
+
+    `leaving` are the movements of the entry from left to right.
+    """
+    ways = [k for k in leaving if abs(movements[k].turn) < LEAST_TURN_BACK] or leaving
+    middle = (len(entry) - 1) / 2
+    links: list[LaneLink] = []
+    for way, at_left in ((ways[0], True), (ways[-1], False)):
+        if movements[way].stated is None:
+            links += [
+                (way, one, other)
+                for one, other in _set_apart(entry, exits[movements[way].exit].specs, near_side_left)
+                if entry[one].type is not LaneType.BIKING
+                and at_left == (one < middle or (one == middle and not near_side_left))
+            ]
+    return links
 
 
 def _straightness(turn: float, near_side_left: bool) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.junctions.bus_movements import with_buses_against_cars
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
@@ -33,5 +34,6 @@ __all__ = [
     "lay_out_junctions",
     "shift_lines_out_of_bends",
     "street_places",
+    "with_buses_against_cars",
     "without_idle_junctions",
 ]

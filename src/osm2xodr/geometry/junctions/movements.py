@@ -42,6 +42,7 @@ class Movement:
     exit: int
     inner: _Path  # What OSM's way through the junction follows
     stated: StatedLanes | None = None  # What connectivity relations say about its lanes
+    buses: bool = False  # Whether only lanes for buses and taxis lead there: against a one-way street
     u_turn: bool = False  # Whether it leads from one carriageway of a road to the opposite one
     loop: Loop | None = None  # The loop that it goes round where it comes back on the arm that it enters from
 

@@ -10,7 +10,8 @@ from itertools import takewhile
 import numpy as np
 
 from osm2xodr.curves import wrapped
-from osm2xodr.geometry.connections import STRAIGHT_ON, ConnectingRoads
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_lanes import strips_at_end

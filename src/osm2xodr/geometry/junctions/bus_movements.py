@@ -1,0 +1,75 @@
+"""Where buses go straight on through junctions against one-way streets, where no other movement leads."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import wrapped
+from osm2xodr.geometry.defaults import STRAIGHT_ON
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.junctions.movements import Movement
+from osm2xodr.geometry.plan_view import StreetEnds
+from osm2xodr.model import BoolArray, Direction, LaneType, StreetNetwork
+
+_FOR_BUSES: Final = (LaneType.BUS, LaneType.TAXI)
+
+
+def with_buses_against_cars(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, movements: list[Movement]
+) -> list[Movement]:
+    """Return the movements and those straight on from or to lanes for buses against one-way streets, by junction.
+
+    From such a lane buses go on to their like, else to lanes for cars; to such a lane they come from their like
+    alone, so that no car gets there.
+    """
+    into, out = _lanes_for_buses(network)
+    against_in, against_out = into & ~ends.enters, out & ~ends.leaves
+    some = {int(layout.junction[end]) for end in np.flatnonzero(against_in | against_out).tolist()} - {-1}
+    found: list[Movement] = []
+    for junction in sorted(some):
+        arms = np.array(layout.arms[junction])
+        for entry in arms[into[arms]].tolist():
+            turn = np.abs(wrapped(ends.hdg[arms] - ends.hdg[entry] - np.pi))
+            open_ = (turn < STRAIGHT_ON) & (arms != entry)
+            open_ &= (out | ends.leaves)[arms] if against_in[entry] else against_out[arms]
+            if open_.any():
+                exit_ = int(min(arms[open_].tolist(), key=lambda arm: (not out[arm], turn[arms == arm][0])))
+                path = _inner_path(ends, layout, entry, exit_)
+                if path is not None:
+                    found.append(Movement(junction, entry, exit_, path, buses=True))
+    return sorted([*movements, *found], key=lambda item: item.junction) if found else movements
+
+
+def _lanes_for_buses(network: StreetNetwork) -> tuple[BoolArray, BoolArray]:
+    """Say at which street ends lanes for buses or taxis lead into the junction, and out of it, (ends,)."""
+    into, out = np.zeros((2, 2 * len(network.streets)), bool)
+    for street in network.streets:
+        for end in (2 * street.id, 2 * street.id + 1):
+            lanes = street.attributes_at_end(end).lanes_ltr
+            found = {lane.direction for lane in lanes if lane.type in _FOR_BUSES}
+            along, back = Direction.FORWARD in found, Direction.BACKWARD in found
+            into[end], out[end] = (along, back) if end % 2 else (back, along)
+    return into, out
+
+
+def _inner_path(
+    ends: StreetEnds, layout: JunctionLayout, entry: int, exit_: int
+) -> tuple[tuple[int, bool], ...] | None:
+    """Return the shortest way over streets inside the junction from one arm to another, against one-ways, too."""
+    goal = int(ends.node[exit_])
+    nodes = set(layout.nodes[int(layout.junction[entry])])
+    inner = [k for k in np.flatnonzero(layout.inner).tolist() if int(ends.node[2 * k]) in nodes]
+    best: dict[int, tuple[float, tuple[tuple[int, bool], ...]]] = {int(ends.node[entry]): (0.0, ())}
+    todo = [int(ends.node[entry])]
+    while todo:
+        node = todo.pop()
+        run, path = best[node]
+        for street in inner:
+            for near in (2 * street, 2 * street + 1):
+                far, length = int(ends.node[near ^ 1]), run + float(ends.length[near])
+                if int(ends.node[near]) == node and (far not in best or length < best[far][0]):
+                    best[far] = length, (*path, (street, near % 2 == 0))
+                    todo.append(far)
+    return best[goal][1] if goal in best else None
