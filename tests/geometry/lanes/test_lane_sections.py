@@ -545,3 +545,10 @@ def test_lanes_do_not_change_where_a_tight_bend_begins_or_ends() -> None:
     assert place([], 100.0, fast)[:2] == pytest.approx((23.75, 76.25))
     assert place([38.0, 51.0], 100.0, fast)[:2] == pytest.approx((54.0, 99.0))
     assert place([20.0, 40.0, 60.0, 80.0], 100.0, fast)[:2] == pytest.approx((23.75, 76.25))
+
+
+def test_lanes_that_hardly_change_do_so_over_a_cars_length() -> None:
+    # 8.5 times the 2 mm by which lanes widen are 2 cm.
+    pieces = (0.0, street("d> d>", width=3.5)), (50.0, street("d> d>", width=3.502))
+    (zone,) = taper_zones(cut(*pieces, end=100.0), Rule.RIGHT_HAND)
+    assert (zone.start, zone.end) == pytest.approx((47.5, 52.5))

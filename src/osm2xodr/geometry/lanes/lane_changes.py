@@ -57,7 +57,8 @@ class LaneChange:
         """The length over which it takes place where there is room, m."""
         one_by_one = taper_ratio(self.speed) * self.width * (max(self.at_once, 1) + 1) / 2
         # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
-        return max(self.least, one_by_one, 0.0 if self.at_once else self.gentle)
+        longest = max(self.least, one_by_one, 0.0 if self.at_once else self.gentle)
+        return max(longest, defaults.SHORTEST_TAPER) if longest else 0.0
 
     @property
     def gentle(self) -> float:
