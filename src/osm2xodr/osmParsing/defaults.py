@@ -20,6 +20,14 @@ TAGGED_LANE_WIDTH_MAX: Final = 10.0
 NARROW_LANE: Final = 2.5
 # Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
 CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
+# How far to either side of a way kerbs are looked for, m: half of the widest carriageway, of ten lanes.
+KERB_REACH: Final = 20.0
+# Kerbs along a way tell where the edges of its carriageway are if the quartiles of their distance differ by no more
+# than this, m. A choice.
+KERBS_SCATTER: Final = 1.5
+# Where three streets meet, kerbs round their corners this far along each of them, m: half of a main street of 11 m,
+# and radii of corners of 6 to 8 m (RASt 06). A choice.
+MOUTH_LENGTH: Final = 12.0
 # How far lanes lie aside of OSM's line where cars park along one side of them alone: 0 if all mappers drew it in the
 # middle of the lanes, 1 if in that of the carriageway with the parked cars. Both is common, so half: of 372 such ways
 # in Berlin lanes lie beside surveyed kerbs by 0.76 m (rms) with it, by 0.97 with 0 as with 1.

@@ -35,8 +35,10 @@ from osm2xodr.osmParsing.network import (
 )
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import (
+    WayPieces,
     attach_footways,
     is_thing,
+    kerbs_along,
     node_keys,
     read_beside,
     sample_streets,
@@ -99,10 +101,17 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
     country = find_country(code)
-    dense = _among_dwellings(ways, pieces, points)
+    by_piece = _by_piece(pieces, points)
+    dense = _among_dwellings(ways, by_piece)
+    known = {way for way, item in corrections.ways.items() if item.width is not None}
+    kerbs = kerbs_along(ways, by_piece, beside, nodes, points, known)
     width, speeds = options.default_lane_width, options.default_speeds
     attributes, directions = way_attributes(
-        ways, rule, width, diagnostics, country, default_speeds=speeds, dense=dense, corrections=corrections.ways
+        *(ways, rule, width, diagnostics, country),
+        default_speeds=speeds,
+        dense=dense,
+        corrections=corrections.ways,
+        kerbs=kerbs,
     )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
@@ -146,11 +155,17 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     )
 
 
-def _among_dwellings(ways: Sequence[RawWay], pieces: Pieces, points: FloatArray) -> set[int]:
-    """Return the ids of the ways among residential, or among many, streets; `points` (n, 2) are the nodes, m."""
+def _by_piece(pieces: Pieces, points: FloatArray) -> WayPieces:
+    """Return the nodes of each piece of a way; `points` (n, 2) are those of all nodes, m."""
     counts = pieces.last - pieces.first + 1
     nodes = pieces.node[runs(pieces.first, counts)]
-    dwellings, streets = street_densities(points[nodes], counts, pieces.way, [way.tags["highway"] for way in ways])
+    return WayPieces(points[nodes], nodes, counts, pieces.way)
+
+
+def _among_dwellings(ways: Sequence[RawWay], pieces: WayPieces) -> set[int]:
+    """Return the ids of the ways among residential, or among many, streets."""
+    highways = [way.tags["highway"] for way in ways]
+    dwellings, streets = street_densities(pieces.points, pieces.count, pieces.way, highways)
     dense = (dwellings >= BUILT_UP_DENSITY) | (streets >= BUILT_UP_STREET_DENSITY)
     return {ways[index].id for index in np.flatnonzero(dense).tolist()}
 

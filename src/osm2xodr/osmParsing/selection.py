@@ -10,7 +10,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.osmParsing.corrections import correct_relations, correct_ways, keep_way, kept_ways
 from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
-from osm2xodr.osmParsing.roadside import ways_beside
+from osm2xodr.osmParsing.roadside import kerbs_beside, ways_beside
 from osm2xodr.osmParsing.tags import WAY_TAGS, reason_left_out
 
 # Values of ``highway`` for roads that do not exist yet; reported because maps show them.
@@ -40,7 +40,7 @@ def read_selected_ways(
     are the kinds of things read beside streets on request.
     """
     asked = options.ways.highways | _UNBUILT
-    beside = ways_beside(asked, extra) if options.furniture else OtherWays({}, frozenset(), lambda _: False)
+    beside = ways_beside(asked, extra) if options.furniture else kerbs_beside()
     others = OtherWays(
         beside.values,
         beside.keys | {"highway", "area"},

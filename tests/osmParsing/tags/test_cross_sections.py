@@ -19,7 +19,7 @@ from osm2xodr.conventions.defaults import LANE_WIDTH, ONE_LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
-from osm2xodr.osmParsing.tags.cross_sections import cross_section
+from osm2xodr.osmParsing.tags.cross_sections import Kerbs, cross_section
 
 LEFT = Rule.LEFT_HAND
 
@@ -321,3 +321,62 @@ def test_whatever_is_tagged_there_are_lanes_to_drive_on(
     assert all(0.5 <= lane.width <= 10.0 for lane in section.lanes_ltr)
     assert abs(section.middle_offset) <= sum(lane.width for lane in section.lanes_ltr) / 2.0 + 1e-9
     assert section == cross_section(dict(reversed(tags.items())), direction, rule, None, closed)
+
+
+def kerbs(
+    left: float | None, right: float | None, tags: str, street_width: float | None = None
+) -> tuple[list[float], float]:
+    """Return the widths of the lanes of a residential street with kerbs, m, and t of their middle."""
+    between = Kerbs(left, right) if left or right else None
+    values = {"highway": "residential", **tags_of(tags)}
+    section = cross_section(values, 0, RIGHT, kerbs=between, street_width=street_width)
+    return [round(lane.width, 3) for lane in section.lanes_ltr], round(section.middle_offset, 3)
+
+
+PARALLEL = "parking:{0}=lane parking:{0}:orientation=parallel"
+ANGLED = "parking:{0}=lane parking:{0}:orientation=perpendicular"
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "tags", "widths", "middle"),
+    [
+        # A width that somebody measured from kerb to kerb is as good, others may leave parked cars out.
+        (4.0, -4.0, "width:carriageway=7", [3.5, 3.5], 0.0),
+        (4.0, -4.0, "width=6", [4.0, 4.0], 0.0),
+        (4.0, -4.0, "est_width=6", [4.0, 4.0], 0.0),
+        # Lanes with widths of their own stay, wherever they lie between the kerbs.
+        (5.0, -4.0, "lanes=2 width:lanes:forward=3 width:lanes:backward=3", [3.0, 3.0], 0.0),
+        (3.5, -2.5, "lanes=2 width:lanes:forward=3 width:lanes:backward=3", [3.0, 3.0], 0.5),
+        (4.0, -2.0, "lanes=2 placement:forward=left_of:1", [3.0, 3.0], 0.0),
+        # 10 m with two parallel rows of 2 m; 8 m with one on the left.
+        (5.0, -5.0, PARALLEL.format("both"), [3.0, 3.0], 0.0),
+        (4.5, -3.5, PARALLEL.format("left"), [3.0, 3.0], -0.5),
+        # No room for 2 + 5 m: who parks at right angles does so beside the carriageway.
+        (4.0, -4.0, f"{PARALLEL.format('left')} {ANGLED.format('right')}", [3.0, 3.0], -1.0),
+        # And none for any.
+        (2.6, -2.6, f"{PARALLEL.format('left')} {ANGLED.format('right')}", [2.6, 2.6], 0.0),
+        # One kerb: the other edge stays where the tags have it, and where they have the width both move.
+        (4.2, None, "", [3.6, 3.6], 0.6),
+        (None, -2.4, "", [2.7, 2.7], 0.3),
+        (None, -2.4, "width=7", [3.5, 3.5], 1.1),
+        # 15 m are 2 lanes of 5.5 m and parked cars, 16 m are something else.
+        (7.5, -7.5, "", [5.5, 5.5], 0.0),
+        (8.0, -8.0, "", [3.0, 3.0], 0.0),
+        (8.0, -8.0, "lanes=4", [4.0, 4.0, 4.0, 4.0], 0.0),
+    ],
+)
+def test_kerbs(left: float | None, right: float | None, tags: str, widths: list[float], middle: float) -> None:
+    assert kerbs(left, right, tags) == (widths, middle)
+
+
+def test_the_same_street_tells_the_width_where_nothing_else_does() -> None:
+    assert kerbs(None, None, "", street_width=7.0) == ([3.5, 3.5], 0.0)
+    assert kerbs(None, None, "width=6", street_width=7.0) == ([3.0, 3.0], 0.0)
+    assert kerbs(4.0, -4.0, "", street_width=7.0) == ([4.0, 4.0], 0.0)
+    # Not if it is no width of so few lanes.
+    assert kerbs(None, None, "", street_width=30.0) == ([3.0, 3.0], 0.0)
+
+
+def test_the_same_street_is_a_guess() -> None:
+    section = cross_section({"highway": "residential", "lanes": "2"}, 0, RIGHT, street_width=7.0)
+    assert section.findings == ((Kind.GUESSED, "width", "no width given, 7 m as on the same street"),)

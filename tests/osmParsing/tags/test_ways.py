@@ -12,7 +12,8 @@ from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule, StreetAttributes, Structure
 from osm2xodr.osmParsing.file.reader import RawWay
-from osm2xodr.osmParsing.tags.ways import _WAYS_SEARCHED, lanes_of_neighbours, way_attributes
+from osm2xodr.osmParsing.tags.cross_sections import Kerbs
+from osm2xodr.osmParsing.tags.ways import _WAYS_SEARCHED, lanes_of_neighbours, way_attributes, widths_of_neighbours
 
 
 def read(tags: str) -> tuple[StreetAttributes, int, list[tuple[Kind, str, str]]]:
@@ -255,3 +256,38 @@ def test_the_guess_is_told() -> None:
     said = [(item.kind, item.code, item.message) for item in diagnostics if item.osm_id == "way/2"]
     words = "no lanes given, lanes=4 as on the same street on both sides"
     assert said == [(Kind.GUESSED, "lane-count", words)]
+
+
+@pytest.mark.parametrize(
+    ("tags", "found"),
+    [
+        (("width=7", ""), {1: 7.0}),
+        (("width:carriageway=8 width=7", "", ""), {1: 8.0, 2: 8.0}),
+        # Of both sides the mean.
+        (("width=6", "", "width=7"), {1: 6.5}),
+        # Estimates are no better than the usual widths, and mistakes are no widths.
+        (("est_width=7", ""), {}),
+        (("width=700", ""), {}),
+        # Other numbers of lanes have other widths.
+        (("width=7 lanes=2", "lanes=3"), {}),
+        (("width=7 lanes=3", "lanes=3"), {1: 7.0}),
+        # Another street.
+        (("width=7", "name=B"), {}),
+        (("width=7", "oneway=yes"), {}),
+        (("width=7", "junction=roundabout"), {}),
+    ],
+)
+def test_widths_of_the_same_street(tags: tuple[str, ...], found: dict[int, float]) -> None:
+    assert widths_of_neighbours(row(*tags), {}) == found
+
+
+def test_kerbs_tell_the_width_of_the_same_street() -> None:
+    assert widths_of_neighbours(row("", "", ""), {0: Kerbs(4.0, -4.1)}) == {1: 8.1, 2: 8.1}
+    # One of them tells none.
+    assert widths_of_neighbours(row("", "", ""), {0: Kerbs(4.0, None)}) == {}
+
+
+def test_a_lane_width_of_the_user_comes_before_the_same_street() -> None:
+    for chosen, width in ((None, 3.5), (2.8, 2.8)):
+        attributes, _ = way_attributes(row("width=7 lanes=2", "lanes=2"), Rule.RIGHT_HAND, chosen, Diagnostics())
+        assert [lane.width for lane in attributes[1].lanes_ltr] == [width, width]

@@ -65,6 +65,21 @@ _BARRIER_DETAILS: Final = frozenset(
 )
 # By key, the value of areas that are raised between carriageways.
 _ISLANDS: Final[Mapping[str, str]] = MappingProxyType({"area:highway": "traffic_island", "traffic_calming": "island"})
+# Areas of carriageways, by the class of the road (OSM wiki, Key:area:highway).
+_LINKED: Final = frozenset({"motorway", "trunk", "primary", "secondary", "tertiary"})
+_CARRIAGEWAYS: Final = frozenset(
+    (
+        *_LINKED,
+        *(f"{name}_link" for name in _LINKED),
+        "unclassified",
+        "residential",
+        "living_street",
+        "service",
+        "road",
+    )
+)
+# Values of ``kerb`` on lines that are kerbs (OSM wiki, Key:kerb).
+_KERBS: Final = frozenset({"raised", "lowered", "flush", "rolled", "yes"})
 _TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})
 _STOP_DETAILS: Final = frozenset(
     {
@@ -129,9 +144,26 @@ def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, 
         "public_transport": frozenset({"platform"}),
         **{key: frozenset({value}) for key, value in _ISLANDS.items()},
     }
+    for key, more in kerb_values().items():
+        values[key] = values.get(key, frozenset()) | more
     if "trees" in extra:
         values["natural"] = frozenset({"tree_row"})
     return values
+
+
+def kerb_values() -> dict[str, frozenset[str]]:
+    """Return the values by key of which a way must have one to be a kerb or the area of a carriageway."""
+    return {"barrier": frozenset({"kerb"}), "kerb": _KERBS, "area:highway": _CARRIAGEWAYS}
+
+
+def is_kerb(tags: Mapping[str, str]) -> bool:
+    """Whether a way is the line of a kerb."""
+    return "highway" not in tags and (tags.get("barrier") == "kerb" or tags.get("kerb") in _KERBS)
+
+
+def is_carriageway_area(tags: Mapping[str, str]) -> bool:
+    """Whether a closed way is the outline of a carriageway."""
+    return "highway" not in tags and tags.get("area:highway") in _CARRIAGEWAYS
 
 
 def is_footway(tags: Mapping[str, str]) -> bool:

@@ -13,8 +13,11 @@ from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
 from osm2xodr.osmParsing.roadside.tags import (
     BESIDE_TAGS,
     footway_tags,
+    is_carriageway_area,
     is_crossing,
     is_footway,
+    is_kerb,
+    kerb_values,
     kind_of_node,
     kind_of_way,
     thing_tags,
@@ -35,9 +38,18 @@ def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays
 
     def wanted(tags: Mapping[str, str]) -> bool:
         read = any(tags.get(key) in names for key, names in values.items())
-        return read and (is_footway(tags) or kind_of_way(tags) is not None)
+        return read and (is_footway(tags) or kind_of_way(tags) is not None or _bounds_carriageways(tags))
 
     return OtherWays(values, BESIDE_TAGS, wanted)
+
+
+def kerbs_beside() -> OtherWays:
+    """Return which ways are read besides streets if nothing but their widths is asked for."""
+    return OtherWays(kerb_values(), BESIDE_TAGS, _bounds_carriageways)
+
+
+def _bounds_carriageways(tags: Mapping[str, str]) -> bool:
+    return is_kerb(tags) or is_carriageway_area(tags)
 
 
 def read_beside(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.built_up import is_town_street
-from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, is_transition
+from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
@@ -24,7 +24,7 @@ from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
 from osm2xodr.osmParsing.tags.values import Tags, parse_layer, parse_length, parse_speed
-from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
+from osm2xodr.osmParsing.tags.ways import WAY_TAGS, street_of, turned_round, way_attributes, without_margins
 
 __all__ = [
     "ACCESS_TAGS",
@@ -35,6 +35,7 @@ __all__ = [
     "SIGN_KEYS",
     "WAY_TAGS",
     "WIDTH_TAGS",
+    "Kerbs",
     "Tags",
     "changes_direction",
     "is_town_street",
@@ -51,6 +52,7 @@ __all__ = [
     "read_thing_facts",
     "reason_left_out",
     "sides_of",
+    "street_of",
     "structure_of",
     "tells_of_sidewalks",
     "turned_round",

@@ -10,11 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import accumulate
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.model import EVERY_LANE, Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import (
     CARRIAGEWAY_WIDTHS,
@@ -23,6 +24,7 @@ from osm2xodr.osmParsing.defaults import (
     LANE_WIDTH_MAX,
     LANE_WIDTH_MIN,
     LANES_BESIDE_PARKING,
+    PARKING_WIDTH,
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
@@ -41,8 +43,47 @@ LANE_TAGS: Final = (
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
 _PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
+# Distances and middles of kerbs are rounded to this, m: kerbs are drawn no better, and ways of a street become alike.
+_KERB_STEP: Final = 0.1
+# A tagged width agrees with the distance of kerbs if they differ by no more than this, m: tags are whole metres.
+_WIDTHS_AGREE: Final = 0.5
+# Least distance of the middle of lanes from OSM's line that kerbs tell, m. A choice: lines are drawn no better, and
+# lanes shift where it changes.
+_ASIDE_LEAST: Final = 0.2
+# Width that lanes beside parked cars have at least, m: RASt 06, two cars pass each other slowly on 4.10 m.
+_ROOM_TO_PASS: Final = 4.1
 # The placements of both directions agree if they differ by no more than this, m.
 _PLACEMENTS_AGREE: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Kerbs:
+    """Where the kerbs of a carriageway lie, seen along the way: t from the OSM line, left positive, m.
+
+    Cars that park on the carriageway stand between them. None where there is no kerb along that side.
+    """
+
+    left: float | None
+    right: float | None
+
+    @classmethod
+    def about(cls, width: float, middle: float) -> Kerbs:
+        """Return kerbs by their distance and the t of their middle, m, both rounded to `_KERB_STEP`."""
+        apart, aside = (round(value / _KERB_STEP) * _KERB_STEP for value in (width, middle))
+        return cls(aside + apart / 2.0, aside - apart / 2.0)
+
+    @property
+    def apart(self) -> float | None:
+        """Return the distance between both, m; None if only one is known."""
+        return None if self.left is None or self.right is None else round(self.left - self.right, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class _Carriageway:
+    """A carriageway between its kerbs."""
+
+    width: float  # m
+    middle: float  # t of its middle from the OSM line, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +108,51 @@ def cross_section(
     *,
     in_town: bool = False,
     known_widths: Mapping[int, float] | None = None,
+    kerbs: Kerbs | None = None,
+    street_width: float | None = None,
 ) -> CrossSection:
     """Make the cross section of a way from its tags (``highway`` and `SECTION_TAGS`).
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
     that direction of a two-way road is closed to cars. `default_lane_width` (m) is that of lanes for cars without a
     tagged width; None takes the country's width for the class of the road, which differs `in_town`, a built-up area.
-    `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`.
+    `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`; `kerbs` are those that
+    are mapped along it; `street_width` (m) is that of the carriageway on the same street, if it is not known here.
     """
+    make = partial(
+        _cross_section,
+        tags,
+        direction,
+        rule,
+        default_lane_width,
+        closed,
+        country,
+        in_town,
+        known_widths or {},
+        street_width,
+    )
+    by_tags, parking = make(None)
+    if kerbs is None:
+        return by_tags
+    findings: Findings = []
+    carriageway = _between(kerbs, by_tags, parking, tags, findings)
+    section = make(carriageway)[0] if carriageway else by_tags
+    return replace(section, findings=(*section.findings, *findings))
+
+
+def _cross_section(
+    tags: Tags,
+    direction: int,
+    rule: Rule,
+    default_lane_width: float | None,
+    closed: int,
+    country: Country,
+    in_town: bool,
+    known_widths: Mapping[int, float],
+    street_width: float | None,
+    kerbs: _Carriageway | None,
+) -> tuple[CrossSection, tuple[float, float]]:
+    """Return the cross section, and the width of parking left and right that is part of the carriageway, m."""
     findings: Findings = []
     runs_one_way = direction or -closed
     contraflow_bus = bool(runs_one_way) and contraflow_bus_lane(tags, runs_one_way)
@@ -86,10 +164,8 @@ def cross_section(
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
     margins = read_margins(tags, runs_one_way, rule, findings)
-    slots = [slot for slot, _ in lanes]
-    if known_widths:
-        slots = _with_known_widths(slots, known_widths)
-    carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, findings)
+    slots = _with_known_widths([slot for slot, _ in lanes], known_widths)
+    carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, kerbs, street_width, findings)
     usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town)
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
@@ -102,12 +178,55 @@ def cross_section(
     )
     offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
     if offset is None:
-        offset = LANES_BESIDE_PARKING * (parking_right - parking_left) / 2.0
-    return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
+        beside = (parking_right - parking_left) / 2.0
+        offset = LANES_BESIDE_PARKING * beside
+        # Lanes that leave room beside them may lie anywhere between the kerbs.
+        if kerbs and abs(sum(widths) + parking_left + parking_right - kerbs.width) <= _WIDTHS_AGREE:
+            offset = kerbs.middle + beside if abs(kerbs.middle + beside) >= _ASIDE_LEAST else 0.0
+    section = CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
+    return section, (parking_left, parking_right)
 
 
-def _with_known_widths(slots: Sequence[Slot], known: Mapping[int, float]) -> list[Slot]:
+def _between(
+    kerbs: Kerbs, by_tags: CrossSection, parking: tuple[float, float], tags: Tags, findings: Findings
+) -> _Carriageway | None:
+    """Return the carriageway between kerbs, None if they are not those of these lanes.
+
+    Where only one is mapped, the other edge stays where the section by tags has it, unless these give the width.
+    """
+    half = sum(lane.width for lane in by_tags.lanes_ltr) / 2.0
+    left, right = by_tags.middle_offset + half + parking[0], by_tags.middle_offset - half - parking[1]
+    tagged = first_width(tags, WIDTH_TAGS, CARRIAGEWAY_WIDTHS, "width", "a road", [])
+    if kerbs.left is not None and kerbs.right is not None:
+        found = _Carriageway(round(kerbs.left - kerbs.right, 3), round((kerbs.left + kerbs.right) / 2.0, 3))
+        words = f"{found.width:g} m between the kerbs that are mapped along it"
+        if tagged and abs(tagged - found.width) > _WIDTHS_AGREE and WIDTH_TAGS[0] not in tags:
+            words = (
+                f"{found.width:g} m between the kerbs along it, taken in place of the {tagged:g} m that are tagged"
+            )
+    else:
+        aside = kerbs.left - left if kerbs.left is not None else (kerbs.right or 0.0) - right
+        wider = 0.0 if tagged else aside if kerbs.left is not None else -aside
+        found = _Carriageway(left - right + wider, (left + right) / 2.0 + (aside if tagged else aside / 2.0))
+        words = f"the kerb mapped along one side tells where its edge is, {found.width:.1f} m of width taken"
+    lanes = len(by_tags.lanes_ltr)
+    if not _fits(found.width, lanes, sum(parking)):
+        words = f"kerbs {found.width:.1f} m apart are mapped along it, which does not fit {counted(lanes, 'lane')}"
+        findings.append((Kind.DROPPED, "kerbs", words))
+        return None
+    findings.append((Kind.NOTE, "kerbs", words))
+    return found
+
+
+def _fits(width: float, lanes: int, parking: float) -> bool:
+    """Whether a carriageway may be that of so many lanes and that much parking, else of cars along both sides, m."""
+    return LANE_WIDTH_MIN <= width <= lanes * LANE_WIDTH_MAX + max(parking, 2.0 * PARKING_WIDTH["parallel"])
+
+
+def _with_known_widths(slots: list[Slot], known: Mapping[int, float]) -> list[Slot]:
     """Return lanes, from left to right, with the widths of corrections; that of all lanes is for motor vehicles."""
+    if not known:
+        return slots
     every = known.get(EVERY_LANE)
     of = {place: every for place, slot in enumerate(slots) if slot.type in MOTOR_LANES}
     of |= {number - 1: width for number, width in known.items() if number != EVERY_LANE}
@@ -130,10 +249,20 @@ def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bo
     return country.lane_width(highway, alone=alone, beside_in_town=beside and in_town)
 
 
+def tagged_width(tags: Tags) -> float | None:
+    """Return the width of a carriageway that was measured, by the tags of a way, m; None if they give none."""
+    return first_width(tags, WIDTH_TAGS[:2], CARRIAGEWAY_WIDTHS, "width", "a road", [])
+
+
 def _carriageway(
-    tags: Tags, margins: Margins, slots: Sequence[Slot], findings: Findings
+    tags: Tags,
+    margins: Margins,
+    slots: Sequence[Slot],
+    kerbs: _Carriageway | None,
+    street_width: float | None,
+    findings: Findings,
 ) -> tuple[float | None, float, float]:
-    """Return the tagged width of the carriageway, if any, and what of it parked cars use on the left and right, m.
+    """Return the width of the carriageway, if known, and what of it parked cars use on the left and right, m.
 
     The width is read where it is needed: for lanes without one, or for parking. Where parked cars would leave no room
     for a lane, it is taken to be that of the lanes alone, and no part is used for parking.
@@ -141,13 +270,26 @@ def _carriageway(
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return None, 0.0, 0.0
-    width = first_width(tags, WIDTH_TAGS, CARRIAGEWAY_WIDTHS, "width", "a road", findings)
-    parking = margins.parking_left + margins.parking_right
-    if width is not None and parked and width - parking < LANE_WIDTH_MIN:
-        words = f"{width:g} m of width have no room for {parking:g} m of parking, taken to be that of the lanes alone"
+    names = WIDTH_TAGS[:1] if kerbs else WIDTH_TAGS
+    width = first_width(tags, names, CARRIAGEWAY_WIDTHS, "width", "a road", findings)
+    if width is None and kerbs:
+        width = kerbs.width
+    elif width is None and street_width and _fits(street_width, len(slots), 0.0):
+        width = street_width
+        findings.append((Kind.GUESSED, "width", f"no width given, {width:g} m as on the same street"))
+    left, right = margins.parking_left, margins.parking_right
+    if width is None or not parked or width - left - right >= LANE_WIDTH_MIN:
+        return width, left, right
+    if left != right and width - min(left, right) >= _ROOM_TO_PASS:
+        # Whoever parks at an angle does so in bays beside the carriageway then.
+        words = f"{width:g} m of width have no room for {max(left, right):g} m of parking, taken to lie beside them"
         findings.append((Kind.GUESSED, "width", words))
-        return width, 0.0, 0.0
-    return width, margins.parking_left, margins.parking_right
+        return width, left if left < right else 0.0, right if right < left else 0.0
+    words = (
+        f"{width:g} m of width have no room for {left + right:g} m of parking, taken to be that of the lanes alone"
+    )
+    findings.append((Kind.GUESSED, "width", words))
+    return width, 0.0, 0.0
 
 
 def _widths(

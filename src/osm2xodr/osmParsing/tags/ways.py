@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from functools import lru_cache, partial
 from types import MappingProxyType
@@ -15,7 +15,7 @@ from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.built_up import BUILT_UP_TAGS, is_town_street
-from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, Kerbs, cross_section, tagged_width
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
@@ -54,6 +54,8 @@ WAY_TAGS: Final = frozenset(
     )
 )
 
+# No kerbs along any way.
+_NO_KERBS: Final[Mapping[int, Kerbs]] = MappingProxyType({})
 # No correction of any way.
 _NO_CORRECTIONS: Final[Mapping[int, WayCorrection]] = MappingProxyType({})
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
@@ -72,6 +74,7 @@ def way_attributes(
     default_speeds: bool = True,
     dense: Set[int] = frozenset(),
     corrections: Mapping[int, WayCorrection] = _NO_CORRECTIONS,
+    kerbs: Mapping[int, Kerbs] = _NO_KERBS,
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
@@ -79,14 +82,16 @@ def way_attributes(
     the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
     the class of the road); limits and usual widths are those of `country`, whose law stands in for limits that are
     not tagged if `default_speeds` says so; `dense` are the ids of the ways among residential streets. Of the
-    `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. What is guessed,
-    repaired or ignored goes to the diagnostics.
+    `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. `kerbs` tell of
+    the carriageways of some ways, by index. What is guessed, repaired or ignored goes to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
     attributes: list[StreetAttributes] = []
     directions: list[int] = []
     neighbours = lanes_of_neighbours(ways)
+    # A width that the user chose for lanes comes before those of the neighbours.
+    street_widths = {} if default_lane_width else widths_of_neighbours(ways, kerbs)
     for index, way in enumerate(ways):
         tags = way.tags
         direction, certain = oneway(tags)
@@ -95,9 +100,21 @@ def way_attributes(
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
         town = is_town_street(tags, way.id in dense)
-        key = (tags["highway"], direction, closed, town, *lane_tags.items())
+        between, street_width = kerbs.get(index), street_widths.get(index)
+        key = (tags["highway"], direction, closed, town, between, street_width, *lane_tags.items())
         lane_tags["highway"] = tags["highway"]
-        make = partial(cross_section, lane_tags, direction, rule, default_lane_width, closed, country, in_town=town)
+        make = partial(
+            cross_section,
+            lane_tags,
+            direction,
+            rule,
+            default_lane_width,
+            closed,
+            country,
+            in_town=town,
+            kerbs=between,
+            street_width=street_width,
+        )
         if key not in known:
             known[key] = make()
         section = known[key]
@@ -146,64 +163,105 @@ def _report_widths(
 def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
     """Guess the numbers of lanes (both directions together) of untagged ways, by index of the way.
 
-    A street continues where exactly one other way of the same class, name and number of directions ends; untagged
-    ways are stepped over. A number is needed on both sides. The smaller one is taken, made even for two-way streets:
-    short turn lanes make the difference.
+    A number is needed on both sides along the street. The smaller one is taken, made even for two-way streets: short
+    turn lanes make the difference.
     """
-    # A way without nodes continues nowhere.
-    streets = [_street(way.tags) if len(way.refs) else None for way in ways]
+    streets = [street_of(way.tags) for way in ways]
     untagged = [
         street is not None and way.tags.keys().isdisjoint(_LANE_TAGS)
         for way, street in zip(ways, streets, strict=True)
     ]
-    if not any(untagged):
-        return {}
-    meeting: dict[tuple[int, tuple[str, ...]], list[int]] = {}
-    for index, (way, street) in enumerate(zip(ways, streets, strict=True)):
-        if street is not None:
-            for node in (way.refs[0], way.refs[-1]):
-                meeting.setdefault((node, street), []).append(index)
     found: dict[int, int] = {}
-    for index, is_untagged in enumerate(untagged):
-        if is_untagged:
-            counts = [_count_beyond(index, end, ways, streets, untagged, meeting) for end in (0, -1)]
-            if all(counts):
-                lanes = min(counts)
-                two_way = oneway(ways[index].tags)[0] == 0
-                found[index] = lanes - 1 if two_way and lanes % 2 and lanes > 1 else lanes
+    for index, both in _beyond(ways, streets, untagged):
+        counts = [_plausible_count(ways[other].tags) for other in both]
+        if len(counts) == 2 and all(counts):
+            lanes = min(counts)
+            two_way = oneway(ways[index].tags)[0] == 0
+            found[index] = lanes - 1 if two_way and lanes % 2 and lanes > 1 else lanes
     return found
 
 
-def _street(tags: Tags) -> tuple[str, ...] | None:
-    """Return what all ways of a street have in common; None for roundabouts and ways without a name."""
+def widths_of_neighbours(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs]) -> dict[int, float]:
+    """Guess the widths of the carriageways of ways without any by those of the same street, by index of the way, m.
+
+    `kerbs` are those along ways, by index. One side along the street is enough, of both sides the mean is taken; the
+    number of lanes must be the same.
+    """
+    streets = [street_of(way.tags, "lanes") for way in ways]
+    widths = [
+        kerbs[index].apart if index in kerbs else tagged_width(way.tags) if street is not None else None
+        for index, (way, street) in enumerate(zip(ways, streets, strict=True))
+    ]
+    unknown = [street is not None and width is None for street, width in zip(streets, widths, strict=True)]
+    if all(width is None for width in widths):
+        return {}
+    found: dict[int, float] = {}
+    for index, both in _beyond(ways, streets, unknown):
+        beyond = [width for other in both if (width := widths[other]) is not None]
+        if beyond:
+            found[index] = round(sum(beyond) / len(beyond), 1)
+    return found
+
+
+def street_of(tags: Tags, *same: str) -> tuple[str, ...] | None:
+    """Return what all ways of a street have in common; None for roundabouts and ways without a name.
+
+    That is class, name, number of directions, and the values of the tags that must be the `same`.
+    """
     name, ref = tags.get("name", ""), tags.get("ref", "")
     if is_roundabout(tags) or not (name or ref):
         return None
-    return tags["highway"], name or ref, str(abs(oneway(tags)[0]))
+    return tags["highway"], name or ref, str(abs(oneway(tags)[0])), *(tags.get(key, "") for key in same)
 
 
-def _count_beyond(
+def _beyond(
+    ways: Sequence[RawWay], streets: Sequence[tuple[str, ...] | None], unknown: Sequence[bool]
+) -> Iterator[tuple[int, list[int]]]:
+    """Yield each unknown way with the first known ways along its street, one or two, by their indices.
+
+    A street continues where exactly one other way of the same street ends; unknown ways are stepped over.
+    """
+    if not any(unknown):
+        return
+    meeting: dict[tuple[int, tuple[str, ...]], list[int]] = {}
+    for index, (way, street) in enumerate(zip(ways, streets, strict=True)):
+        # A way without nodes continues nowhere.
+        if street is not None and len(way.refs):
+            for node in (way.refs[0], way.refs[-1]):
+                meeting.setdefault((node, street), []).append(index)
+    for index, is_unknown in enumerate(unknown):
+        if is_unknown and len(ways[index].refs):
+            both = (_first_beyond(index, end, ways, streets, unknown, meeting) for end in (0, -1))
+            yield index, [other for other in both if other is not None]
+
+
+def _first_beyond(
     index: int,
     end: int,
     ways: Sequence[RawWay],
     streets: Sequence[tuple[str, ...] | None],
-    untagged: Sequence[bool],
+    unknown: Sequence[bool],
     meeting: Mapping[tuple[int, tuple[str, ...]], Sequence[int]],
-) -> int:
-    """Return the number of lanes of the first tagged way beyond one end (0 or -1); 0 if there is none."""
+) -> int | None:
+    """Return the index of the first known way beyond one end (0 or -1) of a way; None if there is none."""
     node = ways[index].refs[end]
     street = streets[index]
     for _ in range(_WAYS_SEARCHED):
         others = [other for other in meeting.get((node, street), ()) if other != index] if street else []
         if len(others) != 1:
-            return 0
+            return None
         index = others[0]
-        if not untagged[index]:
-            count = parse_count(ways[index].tags.get("lanes", ""))[0] or 0
-            return count if count <= LANES_PLAUSIBLE_MAX else 0
+        if not unknown[index]:
+            return index
         refs = ways[index].refs
         node = refs[-1] if refs[0] == node else refs[0]
-    return 0
+    return None
+
+
+def _plausible_count(tags: Tags) -> int:
+    """Return the number of lanes that a way's tags give, 0 for none and for mistakes."""
+    count = parse_count(tags.get("lanes", ""))[0] or 0
+    return count if count <= LANES_PLAUSIBLE_MAX else 0
 
 
 def without_margins(attributes: StreetAttributes) -> StreetAttributes:
