@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import blocks, ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import KERB_REACH
 
@@ -20,6 +20,8 @@ _ALONG_DEG: Final = 20.0
 _SLIT_MAX: Final = 0.3
 # Length of the parts into which segments are divided, m: well below the reach.
 _PART: Final = 5.0
+# And the largest number of them: no kerb is straight for 2 km, and of a mistake that long a few parts may be missed.
+_PARTS_MAX: Final = 400
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +41,10 @@ class Segments:
         owner = np.repeat(np.arange(len(lines)), count)
         start, end = (np.concatenate([none, *(line[some] for line in lines)]) for some in (slice(-1), slice(1, None)))
         return cls(start, end, owner, np.array(layers, np.int64)[owner] if len(lines) else owner)
+
+    def chosen(self, rows: slice) -> Segments:
+        """Return some of the segments."""
+        return Segments(self.start[rows], self.end[rows], self.owner[rows], self.layer[rows])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,15 +72,28 @@ class Crossings:
 
 def find_crossings(stations: Stations, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments of the same layer within `KERB_REACH`."""
+    tree = cKDTree(stations.place)
+    found = [_crossings(stations, tree, segments.chosen(rows)) for rows in blocks(len(segments.owner))]
+    none = np.zeros(0, np.int64)
+    every = Crossings(
+        np.concatenate([none, *(item.station for item in found)]),
+        np.concatenate([none, *(item.owner for item in found)]),
+        np.concatenate([np.zeros(0), *(item.t for item in found)]),
+        np.concatenate([np.zeros(0, np.bool_), *(item.along for item in found)]),
+    )
+    return every.chosen(np.lexsort((every.owner, every.t, every.station)))
+
+
+def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossings:
+    """Return where the lines across streets meet segments, in any order; `tree` has the places of the stations."""
     step = segments.end - segments.start
     length = np.hypot(step[:, 0], step[:, 1])
-    parts = np.maximum(np.ceil(length / _PART), 1.0).astype(np.int64)
+    parts = np.clip(np.ceil(length / _PART), 1.0, _PARTS_MAX).astype(np.int64)
     segment = np.repeat(np.arange(len(parts)), parts)
     share = (ranks(parts) + 0.5) / parts[segment]
     middle = segments.start[segment] + share[:, None] * step[segment]
-    near = cKDTree(stations.place).sparse_distance_matrix(
-        cKDTree(middle), float(np.hypot(KERB_REACH, _PART)), output_type="ndarray"
-    )
+    reach = float(np.hypot(KERB_REACH, _PART))
+    near = tree.sparse_distance_matrix(cKDTree(middle), reach, output_type="ndarray")
     # Several parts of a segment may lie near a station.
     pairs = np.unique(near["i"].astype(np.int64) * len(parts) + segment[near["j"]])
     at, of = pairs // len(parts), pairs % len(parts)
@@ -85,12 +104,11 @@ def find_crossings(stations: Stations, segments: Segments) -> Crossings:
     one_ahead, other_ahead = (one * ahead).sum(axis=1), (other * ahead).sum(axis=1)
     # Half open, so that a node between two segments counts once.
     row = np.flatnonzero((one_ahead < 0.0) != (other_ahead < 0.0))
-    at, of, ahead, left, one, other = at[row], of[row], ahead[row], left[row], one[row], other[row]
+    at, of, left, one, other = at[row], of[row], left[row], one[row], other[row]
     share = one_ahead[row] / (one_ahead[row] - other_ahead[row])
     t = ((one + share[:, None] * (other - one)) * left).sum(axis=1)
     along = np.abs(other_ahead[row] - one_ahead[row]) >= np.cos(np.radians(_ALONG_DEG)) * length[of]
-    found = Crossings(at, segments.owner[of], t, along).chosen(np.abs(t) <= KERB_REACH)
-    return found.chosen(np.lexsort((found.owner, found.t, found.station)))
+    return Crossings(at, segments.owner[of], t, along).chosen(np.abs(t) <= KERB_REACH)
 
 
 def nearest_edges(crossings: Crossings, count: int) -> tuple[FloatArray, FloatArray]:
