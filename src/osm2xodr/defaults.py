@@ -43,6 +43,10 @@ GRADE_LIMIT: Final = MappingProxyType(
     }
 )
 GRADE_LIMIT_OTHER: Final = 0.15
+# Elevation models with larger cells, m, do not show a road's own bed: the ground is estimated from the cells around.
+COARSE_CELL: Final = 15.0
+# How far around roads such cells are needed, cells: windows of 48 whose inner 24 hold a road reach 36 beyond it.
+COARSE_MARGIN_CELLS: Final = 38
 # Standard error of a height that is a guess (voids, beyond the elevation model), and the length of road that one such
 # guess stands for, m.
 GUESS_SIGMA: Final = 30.0

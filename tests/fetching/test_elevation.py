@@ -104,8 +104,8 @@ def test_only_the_part_that_is_needed_is_read(server: WebServer, fetch: Fetch, t
     assert not check_heights(made.paths[0]).any()
     assert (made.urls, made.absent, made.voids) == ((server.url + TILE,), 0, 0.0)
     with rasterio.open(made.paths[0]) as dem:
-        # Cells of 3 arc seconds: 60 by 36 of the area, and 8 on each side.
-        assert dem.shape == (36 + 17, 60 + 17)
+        # Cells of 3 arc seconds: 60 by 36 of the area, and 38 on each side.
+        assert dem.shape == (36 + 77, 60 + 77)
         assert dem.dtypes == ("float32",)
     sent = [part_of(tile, item) for item in server.requests if item.method == "GET"]
     assert sum(len(reply.body) for reply in sent) < len(tile) / 2
@@ -173,7 +173,7 @@ def test_several_models_in_their_order(server: WebServer, fetch: Fetch, tile: by
         check_heights(fetch.folder / name)
         with rasterio.open(fetch.folder / name) as dem:
             sizes.append(dem.width)
-    assert sizes == [120 + 17, 60 + 17]
+    assert sizes == [120 + 77, 60 + 77]
 
 
 def test_nothing_is_there(server: WebServer, fetch: Fetch) -> None:

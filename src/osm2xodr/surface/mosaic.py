@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from pyproj import CRS, Transformer
 
+from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
@@ -34,7 +35,8 @@ from osm2xodr.surface.grids import (
 from osm2xodr.surface.sampling import Layer, Trend
 
 # Margin that is read around the roads, m and cells: room for lane edges and for fitted curves, which leave the OSM
-# line by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell).
+# line by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell). Where
+# cells are coarse the ground is estimated from those around, which takes more of them.
 _MARGIN: Final = 50.0
 _MARGIN_CELLS: Final = 8
 # Largest number of cells that are read to be averaged: a minute's work, 32 km of cells of 1 m either way. Files of a
@@ -137,10 +139,12 @@ def _plan(source: DemSource, cells: GridFrame, col: FloatArray, row: FloatArray)
     low = np.maximum([np.floor(col.min()), np.floor(row.min())], 0.0).astype(np.int64)
     high = np.minimum([np.ceil(col.max()), np.ceil(row.max())], [cells.cols - 1, cells.rows - 1]).astype(np.int64)
     core = cells.window(int(low[0]), int(low[1]), int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
-    margin = np.maximum(_MARGIN_CELLS, np.ceil(_MARGIN / np.array(core.steps())))
+    cell_size = core.cell_size()
+    least = defaults.COARSE_MARGIN_CELLS if cell_size >= defaults.COARSE_CELL else _MARGIN_CELLS
+    margin = np.maximum(least, np.ceil(_MARGIN / np.array(core.steps())))
     first = np.maximum(low - margin.astype(np.int64), 0)
     end = np.minimum(high + margin.astype(np.int64) + 1, [cells.cols, cells.rows])
-    return _Plan(source, cells, first, end, col, row, core.cell_size())
+    return _Plan(source, cells, first, end, col, row, cell_size)
 
 
 def _count(plan: _Plan, block: int) -> int:

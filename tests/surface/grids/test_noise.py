@@ -39,6 +39,20 @@ def test_noise_is_found_under_hills() -> None:
     assert estimate_sigma(1000 * hills + noise, (1.0, 1.0), 0.0) == pytest.approx(0.12)
 
 
+def test_relief_of_a_few_cells_is_no_noise() -> None:
+    rng = np.random.default_rng(1)
+    k = 2 * np.pi * np.hypot(np.fft.fftfreq(400)[:, None], np.fft.rfftfreq(400))
+    k[0, 0] = np.inf
+    relief = np.fft.irfft2(np.fft.rfft2(rng.normal(0, 1.0, (400, 400))) * k**-1.75, (400, 400))
+    # 12 m between neighbours, on cells so large that all of it is flat.
+    relief *= 12.0 / np.diff(relief).std()
+    noise = rng.normal(0, 1.0, relief.shape)
+    assert estimate_sigma(relief, (1200.0, 1200.0), 0.0) == pytest.approx(5.0)
+    # What is noise is found beneath it, to 5 %.
+    expected = 1.2 * np.sqrt(8 / 9)
+    assert estimate_sigma(relief + 16 * noise, (1200.0, 1200.0), 0.0) == pytest.approx(16 * expected, rel=0.05)
+
+
 def test_outliers_and_voids_do_not_count() -> None:
     rng = np.random.default_rng(1)
     z = rng.normal(0, 5.0, (300, 300))
@@ -53,7 +67,7 @@ def test_rounding_counts() -> None:
     assert estimate_sigma(flat, (1.0, 1.0), 1.0) == pytest.approx(np.hypot(0.12, 1 / np.sqrt(12)))
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (2, 50), (3, 3)])
+@pytest.mark.parametrize("shape", [(1, 1), (2, 50), (3, 3), (4, 9), (5, 5)])
 def test_small_grids_have_the_usual_noise(shape: tuple[int, int]) -> None:
     assert estimate_sigma(np.random.default_rng(1).normal(0, 50, shape), (10.0, 10.0), 0.0) == pytest.approx(1.0)
 

@@ -42,8 +42,8 @@ def test_a_whole_tile_costs_what_the_roads_need(tmp_path: Path, cells_read: list
     surface, _ = read(path, BAVARIA, x, y)
     lat = in_crs(BAVARIA, 4326, x, y)[1]
     assert np.abs(surface.heights(x, y)[0] - 100.0 * lat).max() < 0.51
-    # 2 km are 65 rows and 100 columns, with eight on either side; the type of model is told from 200 x 200 cells.
-    assert 65 * 99 < surface.dems[0].cells <= (67 + 16) * (101 + 16)
+    # 2 km are 65 rows and 100 columns, with 38 on either side; the type of model is told from 200 x 200 cells.
+    assert 65 * 99 < surface.dems[0].cells <= (67 + 76) * (101 + 76)
     assert cells_read == [surface.dems[0].cells, 200 * 200]
     cells_read.clear()
     read(path, BAVARIA, x, y, dem_type="dsm")
@@ -75,7 +75,7 @@ def test_a_country_of_tiles_costs_no_more(tmp_path: Path, cells_read: list[int])
     assert time.perf_counter() - began < 5.0
     lat = in_crs(BAVARIA, 4326, x, y)[1]
     assert np.abs(surface.heights(x, y)[0] - 100.0 * lat).max() < 0.51
-    assert surface.dems[0].cells <= (67 + 16) * (101 + 16)
+    assert surface.dems[0].cells <= (67 + 76) * (101 + 76)
     assert cells_read == [surface.dems[0].cells, 200 * 200]
     with rasterio.open(vrt) as dataset:
         assert dataset.width * dataset.height > 2e10

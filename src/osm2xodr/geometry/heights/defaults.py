@@ -53,8 +53,6 @@ SAMPLE_SPACING_MAX: Final = 20.0
 
 # ---------------------------------------------------------------- the ground
 
-# Elevation models with larger cells, m, do not show a road's own bed: the ground is estimated from the cells around.
-COARSE_CELL: Final = 15.0
 # How far from OSM's streets the ground is estimated before roads are built, m: beyond what junctions and turning
 # circles move roads by. What lies farther is estimated later.
 GROUND_REACH: Final = 40.0

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import smooth_step
-from osm2xodr.geometry.heights import defaults
+from osm2xodr.defaults import COARSE_CELL
 from osm2xodr.geometry.heights.ground_windows import (
     CORE,
     INNER,
@@ -83,7 +83,7 @@ class GroundReading:
 
 def is_coarse(cell: FloatArray) -> BoolArray:
     """Return where the ground has to be estimated from the cells around a road."""
-    return np.asarray(cell >= defaults.COARSE_CELL)
+    return np.asarray(cell >= COARSE_CELL)
 
 
 def cell_class(cell: FloatArray) -> IntArray:

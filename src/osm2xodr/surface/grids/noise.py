@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.model import FloatArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
 # Usual standard error of heights, m, by the size of cells, m, interpolated on logarithmic scales. Airborne laser 1 m:
@@ -23,6 +23,9 @@ MAD_TO_SIGMA: Final = 1.4826
 # From the residual against the mean of 3 x 3 cells to the noise itself, which is partly in that mean: 1.06 for white
 # noise, more if the noise of adjacent cells is correlated.
 _HIGH_PASS: Final = 1.2
+# By how much the variance of such residuals grows with twice the distance of the cells: not at all for white noise,
+# by 2^(p - 2) for relief whose spectrum falls with the power p of the wave number. 3.5 is between banks and hills.
+_RELIEF_GROWTH: Final = 2.0**1.5
 # Heights are multiples of a unit if they differ from them by less than this, units.
 _WHOLE: Final = 1e-4
 
@@ -42,10 +45,12 @@ def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> floa
     heights, 0 for a continuous model, m.
     """
     usual = usual_sigma(float(np.sqrt(steps[0] * steps[1])))
-    residual = _flat_residuals(z, steps)
+    near, far = _flat_residuals(z, steps)
     scatter = 0.0
-    if len(residual) >= _FLAT_CELLS_MIN:
-        scatter = _HIGH_PASS * MAD_TO_SIGMA * float(np.median(np.abs(residual - np.median(residual))))
+    if len(near) >= _FLAT_CELLS_MIN:
+        one, two = ((MAD_TO_SIGMA * float(np.median(np.abs(item - np.median(item))))) ** 2 for item in (near, far))
+        white = (_RELIEF_GROWTH * one - two) / (_RELIEF_GROWTH - 1.0)
+        scatter = _HIGH_PASS * float(np.sqrt(np.clip(white, 0.0, one)))
     return float(np.hypot(max(usual, scatter), quantum / np.sqrt(12.0)))
 
 
@@ -58,18 +63,27 @@ def quantum_of(z: Cells, unit: float) -> float:
     return unit if whole and float(np.ptp(sample)) > 0.0 else 0.0
 
 
-def _flat_residuals(z: Cells, steps: tuple[float, float]) -> FloatArray:
-    """Return height minus mean of the 3 x 3 neighbourhood in flat places, m."""
+def _flat_residuals(z: Cells, steps: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Return height minus mean of 3 x 3 heights in flat places, m: of neighbours, and of every other cell around."""
     rows, cols = z.shape
-    if rows < 3 or cols < 3:
-        return np.zeros(0)
-    inner = np.arange(0, (rows - 2) * (cols - 2), max(1, (rows - 2) * (cols - 2) // _SAMPLES))
-    first = inner // (cols - 2) * cols + inner % (cols - 2)
-    flat = z.reshape(-1)
-    near = np.stack([flat[first + i * cols + j].astype(np.float64) for i in range(3) for j in range(3)])
-    near = near[:, np.isfinite(near).all(axis=0)]
+    if rows < 5 or cols < 5:
+        return np.zeros(0), np.zeros(0)
+    inner = np.arange(0, (rows - 4) * (cols - 4), max(1, (rows - 4) * (cols - 4) // _SAMPLES))
+    middle = (inner // (cols - 4) + 2) * cols + inner % (cols - 4) + 2
+    near = _around(z, middle, 1)
     across = (near[[2, 5, 8]].sum(axis=0) - near[[0, 3, 6]].sum(axis=0)) / (6.0 * steps[0])
     along = (near[[6, 7, 8]].sum(axis=0) - near[[0, 1, 2]].sum(axis=0)) / (6.0 * steps[1])
+    # Where something is unknown the comparison is false.
     is_flat = np.hypot(across, along) < _FLAT_GRADE
-    out: FloatArray = near[4, is_flat] - near[:, is_flat].mean(axis=0)
-    return out
+    one, middle = near[4, is_flat] - near[:, is_flat].mean(axis=0), middle[is_flat]
+    del near
+    far = _around(z, middle, 2)
+    other = far[4] - far.mean(axis=0)
+    known = np.isfinite(other)
+    return one[known], other[known]
+
+
+def _around(z: Cells, middle: IntArray, distance: int) -> FloatArray:
+    """Return the heights of cells, (n,), and of those around at a distance in cells, row by row, (9, n)."""
+    flat, cols, steps = z.reshape(-1), z.shape[1], (-distance, 0, distance)
+    return np.stack([flat[middle + i * cols + j].astype(np.float64) for i in steps for j in steps])

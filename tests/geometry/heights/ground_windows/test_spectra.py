@@ -50,6 +50,19 @@ def test_white_noise_is_white() -> None:
     assert np.median(found.noise) == pytest.approx(4.0 * CELL**2, rel=0.25)
 
 
-def test_hills_with_little_noise_are_relief() -> None:
-    found = all_spectra().fit(drawn(known(0.5, 4.0, 0.25 * CELL**2, CELL, 1.0)), CELL, 2.0)
-    assert np.median(found.relief) == pytest.approx(0.5, rel=0.5)
+@pytest.mark.parametrize("fall", [3.0, 3.5, 4.0])
+def test_hills_with_little_noise_are_relief(fall: float) -> None:
+    spectrum = known(0.1, fall, 0.25 * CELL**2, CELL, 1.0)
+    found = all_spectra().fit(drawn(spectrum), CELL, 2.0)
+    assert np.median(found.relief) == pytest.approx(0.1, rel=0.5)
+    # At waves of five cells most is relief.
+    k = np.array([[2.0 * np.pi / (5.0 * CELL)]])
+    assert np.median(found.of_ground(k) / found.of_noise(k)) > 2.0
+
+
+def test_the_error_of_the_ground_is_that_of_a_smoother() -> None:
+    # The integral over all waves of N S / (N + S) with S = A / k^4, by rings.
+    spectrum, k = known(0.02, 4.0, 4000.0, CELL, 1.0), np.linspace(1e-5, 2.0, 400_000)
+    ground, noise = spectrum.of_ground(k[None, None])[0, 0], 4000.0
+    variance = float(np.sum(k / (2.0 * np.pi) * ground * noise / (ground + noise)) * (k[1] - k[0]))
+    assert spectrum.ground_error[0] == pytest.approx(np.sqrt(variance), rel=0.01)

@@ -46,8 +46,6 @@ _PASSES: Final = 3
 _FIRST_STEPS: Final = 12
 _CG_STEPS: Final = 6
 _CG_ERROR: Final = 0.002
-# Where heights stand out above the smooth surface (canopy, roofs), residuals are held to so many standard deviations.
-_CANOPY_CLIP: Final = 1.0
 # Keeps the trend of heights in one row determinate, as a share of their weight.
 _RIDGE: Final = 1e-9
 
@@ -193,7 +191,8 @@ class Estimator:
         one_sided = _one_sided(residual, scale, known)
         clipped = smooth + np.clip(residual, _CLIP[0] * scale, _CLIP[1] * scale)
         spectrum = all_spectra().fit(basis.to_cosines(clipped), basis.cell, self._sigma)
-        held = np.float32(_CANOPY_CLIP) * scale
+        # Beneath canopy and roofs heights leave the smooth surface by no more than it leaves the ground.
+        held = np.minimum(spectrum.ground_error.astype(np.float32)[:, None, None], scale)
         heights = smooth + np.where(one_sided[:, None, None], np.clip(residual, -held, held), residual)
         cosines, log_relief = self._filter.apply(heights, spectrum, one_sided, self._smoothing)
         inner = slice(RIM, SIZE - RIM)
