@@ -93,7 +93,7 @@ def test_lines_lie_in_the_middle_where_kerbs_are_hardly_aside(tmp_path: Path) ->
 def test_one_kerb_moves_the_edge_at_its_side(tmp_path: Path) -> None:
     piece, diagnostics = read(tmp_path, along(4.0))
     assert edges(piece) == (4.0, -3.0)
-    assert "one side" in about(diagnostics, "kerbs")[0].message
+    assert "along its left" in about(diagnostics, "kerbs")[0].message
     # Of a width that is tagged it tells the place.
     assert edges(read(tmp_path, along(-2.5), own=f"{OWN} width=6.0")[0]) == (3.5, -2.5)
 

@@ -356,9 +356,15 @@ ANGLED = "parking:{0}=lane parking:{0}:orientation=perpendicular"
         # And none for any.
         (2.6, -2.6, f"{PARALLEL.format('left')} {ANGLED.format('right')}", [2.6, 2.6], 0.0),
         # One kerb: the other edge stays where the tags have it, and where they have the width both move.
-        (4.2, None, "", [3.6, 3.6], 0.6),
+        (3.8, None, "", [3.4, 3.4], 0.4),
         (None, -2.4, "", [2.7, 2.7], 0.3),
-        (None, -2.4, "width=7", [3.5, 3.5], 1.1),
+        (None, -2.6, "width=7", [3.5, 3.5], 0.9),
+        # More than 1 m farther out than by tags: the other edge is as far away; with a width something is wrong.
+        (4.2, None, "", [4.2, 4.2], 0.0),
+        (None, -5.0, "width=7", [3.5, 3.5], 0.0),
+        # More than 3 m, or on the wrong side of the line: something lies between.
+        (6.2, None, "", [3.0, 3.0], 0.0),
+        (None, 1.5, "", [3.0, 3.0], 0.0),
         # 15 m are 2 lanes of 5.5 m and parked cars, 16 m are something else.
         (7.5, -7.5, "", [5.5, 5.5], 0.0),
         (8.0, -8.0, "", [3.0, 3.0], 0.0),

@@ -14,6 +14,14 @@ from osm2xodr.osmParsing.tags import Kerbs, street_of
 # Carriageways whose widths, and whose middles, differ by no more than this, m, are one. A choice: kerbs are drawn no
 # better than to a quarter of a metre on both sides.
 _SAME: Final = 0.5
+# Distances and middles have so many digits, m: kerbs are drawn no better, and ways of a street become alike.
+_DIGITS: Final = 1
+
+
+def kerbs_about(width: float, middle: float) -> Kerbs:
+    """Return kerbs by their distance and the t of their middle, m, rounded as they are drawn."""
+    apart, aside = round(width, _DIGITS), round(middle, _DIGITS)
+    return Kerbs(aside + apart / 2.0, aside - apart / 2.0)
 
 
 def even_out(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs], lengths: FloatArray) -> dict[int, Kerbs]:
@@ -33,7 +41,7 @@ def even_out(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs], lengths: FloatA
                 seen = [_seen(kerbs[way], along) for way, along in run]
                 left, right = np.average(seen, axis=0, weights=[lengths[way] for way, _ in run]).tolist()
                 for way, along in run:
-                    out[way] = Kerbs.about(left - right, (left + right) / 2.0 if along else -(left + right) / 2.0)
+                    out[way] = kerbs_about(left - right, (left + right) / 2.0 if along else -(left + right) / 2.0)
     return out
 
 

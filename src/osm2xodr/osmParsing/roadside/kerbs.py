@@ -16,7 +16,7 @@ from osm2xodr.curves import owners, starts, sum_before
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, KERB_REACH, KERBS_SCATTER, MOUTH_LENGTH
 from osm2xodr.osmParsing.file import RawNodes, RawWay
-from osm2xodr.osmParsing.roadside.even_kerbs import even_out
+from osm2xodr.osmParsing.roadside.even_kerbs import even_out, kerbs_about
 from osm2xodr.osmParsing.roadside.kerb_crossings import (
     Crossings,
     Segments,
@@ -143,7 +143,7 @@ def _of_ways(points: IntArray, way: IntArray, left: FloatArray, right: FloatArra
         least = max(_POINTS_MIN, _SHARE_MIN * float(points[number]))
         width, aside = (_agreed(values, least) for values in (left[rows] - right[rows], left[rows] + right[rows]))
         if width is not None and aside is not None:
-            out[number] = Kerbs.about(width, aside / 2.0)
+            out[number] = kerbs_about(width, aside / 2.0)
             continue
         one, other = _agreed(left[rows], least), _agreed(right[rows], least)
         # Both, but not at the same places, tell no width.
