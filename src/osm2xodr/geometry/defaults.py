@@ -69,8 +69,8 @@ STEEPEST_TAPER: Final = 8.5
 # its width on at least this share of its stretch. A choice; tapers are about that place where they are longer.
 FULL_WIDTH_SHARE: Final = 0.25
 # Lanes that hardly change do so over this length where there is room, m: what goes with their width is a few
-# centimetres then, and cars jerk. A choice, a car's length.
-SHORTEST_TAPER: Final = 5.0
+# centimetres then, and cars jerk. A choice, the length of a small car: lanes of half a metre open over as much.
+SHORTEST_TAPER: Final = 4.0
 # Where room lacks for this many times the width, a taper is a line with round ends, of this share of its length each;
 # longer ones are smooth steps. Choices: a smooth step of 7.5 is 1 in 5 where it is steepest.
 SMOOTH_TAPER: Final = 7.5

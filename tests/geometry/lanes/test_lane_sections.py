@@ -551,4 +551,4 @@ def test_lanes_that_hardly_change_do_so_over_a_cars_length() -> None:
     # 8.5 times the 2 mm by which lanes widen are 2 cm.
     pieces = (0.0, street("d> d>", width=3.5)), (50.0, street("d> d>", width=3.502))
     (zone,) = taper_zones(cut(*pieces, end=100.0), Rule.RIGHT_HAND)
-    assert (zone.start, zone.end) == pytest.approx((47.5, 52.5))
+    assert (zone.start, zone.end) == pytest.approx((48.0, 52.0))
