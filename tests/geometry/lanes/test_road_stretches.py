@@ -161,6 +161,15 @@ def test_a_street_between_one_way_streets_that_meet_stays() -> None:
     assert [(len(item.section.left), len(item.section.right)) for item in found] == [(0, 1), (1, 1), (1, 0)]
 
 
+def test_turn_lanes_before_a_junction_stay_behind_a_one_way_street() -> None:
+    """What has more lanes along the one-way street stays, though the lane against it has no room to end."""
+    found = in_a_row((60.0, ONE_WAY), (20.0, street("d< d>/left d>/right")))
+    assert [(len(item.section.left), len(item.section.right)) for item in found] == [(0, 1), (1, 2)]
+    # Lanes that continue and shift to the side need no room for that.
+    found = in_a_row((60.0, ONE_WAY), (31.0, street("d< d>", middle_offset=5.0)))
+    assert [len(item.section.left) for item in found] == [0, 1]
+
+
 def test_a_lane_for_bicycles_against_cars_needs_no_such_room() -> None:
     found = in_a_row((20.0, street("c< d>")), (60.0, ONE_WAY))
     assert [len(item.section.left) for item in found] == [1, 0]

@@ -47,10 +47,12 @@ class LaneChange:
     @property
     def least(self) -> float:
         """The shortest length over which it should take place, m."""
-        return max(
-            self.steepest * self.width + defaults.LANES_OPEN_APART * max(self.at_once - 1, 0),
-            2 * self.steepest * self.least_shift,
-        )
+        return max(self.to_open, 2 * self.steepest * self.least_shift)
+
+    @property
+    def to_open(self) -> float:
+        """The shortest length over which lanes should open, end and widen, m."""
+        return self.steepest * self.width + defaults.LANES_OPEN_APART * max(self.at_once - 1, 0)
 
     @property
     def wanted(self) -> float:

@@ -11,7 +11,7 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece, car_directions
 from osm2xodr.geometry.lanes.defaults import SHORTEST_LIMIT
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
-from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
+from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
@@ -221,6 +221,7 @@ def _without_stubs(found: list[Stretch], rule: Rule) -> list[Stretch]:
     """Let one-way stretches take over what lies beside them, or between two of them, and is too short for tapers.
 
     Lanes against a one-way stretch open and end outside of it. Nobody comes from there on them, or may go on there.
+    What has more lanes along the one-way street than this stays.
     """
     stub = _stub(found, rule)
     while stub is not None:
@@ -235,13 +236,27 @@ def _stub(found: Sequence[Stretch], rule: Rule) -> tuple[int, int, list[int]] | 
     starts = [k for k in range(len(found)) if not k or ways[k] != ways[k - 1]]
     for first, last in zip(starts, [*(k - 1 for k in starts[1:]), len(found) - 1], strict=True):
         beside = [i for i in (first - 1, last + 1) if 0 <= i < len(found)]
-        if any(ways[i] and ways[i] < ways[first] for i in beside) and ways[beside[0]] == ways[beside[-1]]:
+        takers = [i for i in beside if ways[i] and ways[i] < ways[first] and ways[i] == ways[beside[0]]]
+        kept = (_has_more_lanes(item, found[i], ways[i]) for item in found[first : last + 1] for i in beside)
+        if beside and takers == beside and not any(kept):
             ends = (first == 0) + (last == len(found) - 1)
             room = found[last].end - found[first].start - ends * defaults.STEADY_END
             changes = [change_between(found[min(i, last)], found[max(i, first)], rule) for i in beside]
-            if room < sum(change.least for change in changes):
+            if room < sum(change.to_open for change in changes):
                 return first, last, beside
     return None
+
+
+def _has_more_lanes(one: Stretch, other: Stretch, ways: set[Direction]) -> bool:
+    """Say whether a stretch has more lanes for cars in some directions than another one: turn lanes, say."""
+    count = [
+        sum(
+            lane.type in COUNTED_LANES and lane.direction in ways
+            for lane in (*item.section.left, *item.section.right)
+        )
+        for item in (one, other)
+    ]
+    return count[0] > count[1]
 
 
 def _taken_over(found: Sequence[Stretch], first: int, last: int, takers: Sequence[int]) -> list[Stretch]:
