@@ -44,7 +44,7 @@ from osm2xodr.geometry.junctions import (
     find_movements,
     lay_out_junctions,
     shift_lines_out_of_bends,
-    with_buses_against_cars,
+    with_movements_against_cars,
     without_idle_junctions,
 )
 from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
@@ -157,7 +157,7 @@ def _lay_out_junctions(
     refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
     movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
-    movements = with_buses_against_cars(network, ends, layout, movements)
+    movements = with_movements_against_cars(network, ends, layout, movements)
     driven = without_idle_junctions(layout, movements)
     layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
     layout = cut_back_ends_on_streets(network, fitted, ends, layout, diagnostics)

@@ -7,7 +7,7 @@ left. The near side is the one that traffic keeps to: right with right-hand traf
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -112,14 +112,14 @@ def u_turn_lanes(lateral: Sequence[float], entry: ArmLanes, exit_: ArmLanes, nea
     return ins[0], (reached or outs[-1:])[0]
 
 
-def lead_buses_on(
-    entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool
+def lead_on_against_cars(
+    entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], kind: Collection[LaneType], near_side_left: bool
 ) -> list[tuple[int, int]]:
-    """Link the lanes for buses and taxis where no car may go: to their like, else to lanes for cars."""
+    """Link lanes of some types where no car may go: to their like, else to lanes for cars."""
     return [
         (one, other)
         for one, other in _set_apart(entry, exit_, near_side_left, alone=True)
-        if entry[one].type is not LaneType.BIKING and exit_[other].type in (entry[one].type, LaneType.DRIVING)
+        if entry[one].type in kind and exit_[other].type in (entry[one].type, LaneType.DRIVING)
     ]
 
 
@@ -128,7 +128,7 @@ def _set_apart(
 ) -> list[tuple[int, int]]:
     """Link the lanes set apart for buses, taxis and bicycles: to their like, buses else to cars' lanes.
 
-    An entry with no other lanes than those of one kind has lanes for all, unless these are `alone`.
+    An entry with no other lanes than those of one kind has lanes for all. Where they are `alone`, no car may go.
     """
     pairs: list[tuple[int, int]] = []
     for kind in _SET_APART:
@@ -137,7 +137,7 @@ def _set_apart(
         if not near_side_left:
             ins, outs = ins[::-1], outs[::-1]
         pairs += zip(ins, outs, strict=False)
-        if kind is not LaneType.BIKING and (alone or len(ins) != len(entry)):
+        if alone or (kind is not LaneType.BIKING and len(ins) != len(entry)):
             usable = _for_cars(exit_)
             middle = (len(entry) - 1) / 2
             for k in ins[len(outs) :]:

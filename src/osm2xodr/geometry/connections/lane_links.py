@@ -17,7 +17,7 @@ from osm2xodr.geometry.connections.lane_assignment import (
     LaneMovement,
     assign_lanes,
     have_one_lane,
-    lead_buses_on,
+    lead_on_against_cars,
     u_turn_lanes,
 )
 from osm2xodr.geometry.junctions import Movement, RoadParts
@@ -186,14 +186,14 @@ def _junction_rows(
     lanes: dict[int, tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = {}
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
-    for_buses: list[LaneRow] = []
+    against_cars: list[LaneRow] = []
     for number in group:
         entry, exit_ = view.entry[number], view.exit[number]
         into, entry_lanes = arms.lanes(entry, entry % 2 == 1, 1.0)
         out, exit_lanes = arms.lanes(exit_, exit_ % 2 == 0, -1.0 if exit_ % 2 else 1.0)
-        if movements[number].buses:
-            pairs = lead_buses_on(entry_lanes.specs, exit_lanes.specs, rule is Rule.LEFT_HAND)
-            for_buses += [LaneRow(junction, number, entry, exit_, into[k], out[other]) for k, other in pairs]
+        if kind := movements[number].apart:
+            pairs = lead_on_against_cars(entry_lanes.specs, exit_lanes.specs, kind, rule is Rule.LEFT_HAND)
+            against_cars += [LaneRow(junction, number, entry, exit_, into[k], out[other]) for k, other in pairs]
         elif into and out:
             entries[entry], exits[exit_] = entry_lanes, exit_lanes
             lanes[number] = into, out
@@ -203,7 +203,7 @@ def _junction_rows(
         seen = [_as_lanes_see_it(number, lanes[number][0], movements, view, entries, exits) for number in numbers]
         links = assign_lanes(seen, entries, exits, rule is Rule.LEFT_HAND)
         links += lead_bicycles_on(seen, entries, exits, links, rule is Rule.LEFT_HAND)
-    rows = [*_centre_rows(junction, numbers, view, arms), *for_buses]
+    rows = [*_centre_rows(junction, numbers, view, arms), *against_cars]
     for k, lane_in, lane_out in links:
         number = numbers[k]
         into, out = lanes[number]

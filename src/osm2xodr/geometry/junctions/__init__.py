@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.junctions.bus_movements import with_buses_against_cars
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
+from osm2xodr.geometry.junctions.movements_against_cars import with_movements_against_cars
 from osm2xodr.geometry.junctions.places import street_places
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import (
@@ -34,6 +34,6 @@ __all__ = [
     "lay_out_junctions",
     "shift_lines_out_of_bends",
     "street_places",
-    "with_buses_against_cars",
+    "with_movements_against_cars",
     "without_idle_junctions",
 ]

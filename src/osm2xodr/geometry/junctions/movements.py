@@ -14,7 +14,7 @@ from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import Street, StreetNetwork, TurnRestriction
+from osm2xodr.model import LaneType, Street, StreetNetwork, TurnRestriction
 
 # A way through a junction over more inner streets than this is a detour. A choice.
 _MOST_INNER_STREETS: Final = 8
@@ -42,7 +42,8 @@ class Movement:
     exit: int
     inner: _Path  # What OSM's way through the junction follows
     stated: StatedLanes | None = None  # What connectivity relations say about its lanes
-    buses: bool = False  # Whether only lanes for buses and taxis lead there: against a one-way street
+    # The types of lanes that alone lead there, against a one-way street; none where cars may go
+    apart: frozenset[LaneType] = frozenset()
     u_turn: bool = False  # Whether it leads from one carriageway of a road to the opposite one
     loop: Loop | None = None  # The loop that it goes round where it comes back on the arm that it enters from
 

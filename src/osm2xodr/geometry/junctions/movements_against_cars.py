@@ -1,4 +1,4 @@
-"""Where buses go straight on through junctions against one-way streets, where no other movement leads."""
+"""Where buses and bicycles go straight on through junctions against one-way streets: no car may."""
 
 from __future__ import annotations
 
@@ -13,42 +13,43 @@ from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, Direction, LaneType, StreetNetwork
 
-_FOR_BUSES: Final = (LaneType.BUS, LaneType.TAXI)
+# Types of lanes that lead on to each other: buses and taxis as their like, bicycles on their own.
+_KINDS: Final = (frozenset({LaneType.BUS, LaneType.TAXI}), frozenset({LaneType.BIKING}))
 
 
-def with_buses_against_cars(
+def with_movements_against_cars(
     network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, movements: list[Movement]
 ) -> list[Movement]:
-    """Return the movements and those straight on from or to lanes for buses against one-way streets, by junction.
+    """Return the movements and those straight on from or to lanes set apart against one-way streets, by junction.
 
-    From such a lane buses go on to their like, else to lanes for cars; to such a lane they come from their like
-    alone, so that no car gets there.
+    From such a lane buses, taxis and bicycles go on to their like, else to lanes for cars; to such a lane they come
+    from their like alone, so that no car gets there.
     """
-    into, out = _lanes_for_buses(network)
-    against_in, against_out = into & ~ends.enters, out & ~ends.leaves
-    some = {int(layout.junction[end]) for end in np.flatnonzero(against_in | against_out).tolist()} - {-1}
     found: list[Movement] = []
-    for junction in sorted(some):
-        arms = np.array(layout.arms[junction])
-        for entry in arms[into[arms]].tolist():
-            turn = np.abs(wrapped(ends.hdg[arms] - ends.hdg[entry] - np.pi))
-            open_ = (turn < STRAIGHT_ON) & (arms != entry)
-            open_ &= (out | ends.leaves)[arms] if against_in[entry] else against_out[arms]
-            if open_.any():
-                exit_ = int(min(arms[open_].tolist(), key=lambda arm: (not out[arm], turn[arms == arm][0])))
-                path = _inner_path(ends, layout, entry, exit_)
-                if path is not None:
-                    found.append(Movement(junction, entry, exit_, path, buses=True))
+    for kind in _KINDS:
+        into, out = _lanes_of_kind(network, kind)
+        against_in, against_out = into & ~ends.enters, out & ~ends.leaves
+        some = {int(layout.junction[end]) for end in np.flatnonzero(against_in | against_out).tolist()} - {-1}
+        for junction in sorted(some):
+            arms = np.array(layout.arms[junction])
+            for entry in arms[into[arms]].tolist():
+                turn = np.abs(wrapped(ends.hdg[arms] - ends.hdg[entry] - np.pi))
+                open_ = (turn < STRAIGHT_ON) & (arms != entry)
+                open_ &= (out | ends.leaves)[arms] if against_in[entry] else against_out[arms]
+                if open_.any():
+                    exit_ = int(arms[np.lexsort((turn, ~out[arms], ~open_))[0]])
+                    path = _inner_path(ends, layout, entry, exit_)
+                    if path is not None:
+                        found.append(Movement(junction, entry, exit_, path, apart=kind))
     return sorted([*movements, *found], key=lambda item: item.junction) if found else movements
 
 
-def _lanes_for_buses(network: StreetNetwork) -> tuple[BoolArray, BoolArray]:
-    """Say at which street ends lanes for buses or taxis lead into the junction, and out of it, (ends,)."""
+def _lanes_of_kind(network: StreetNetwork, kind: frozenset[LaneType]) -> tuple[BoolArray, BoolArray]:
+    """Say at which street ends lanes of some types lead into the junction, and out of it, (ends,)."""
     into, out = np.zeros((2, 2 * len(network.streets)), bool)
     for street in network.streets:
         for end in (2 * street.id, 2 * street.id + 1):
-            lanes = street.attributes_at_end(end).lanes_ltr
-            found = {lane.direction for lane in lanes if lane.type in _FOR_BUSES}
+            found = {lane.direction for lane in street.attributes_at_end(end).lanes_ltr if lane.type in kind}
             along, back = Direction.FORWARD in found, Direction.BACKWARD in found
             into[end], out[end] = (along, back) if end % 2 else (back, along)
     return into, out
