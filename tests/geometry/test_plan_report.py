@@ -86,7 +86,7 @@ def test_streets_within_a_junction_that_is_driven_through_are_not_lost() -> None
 
 
 def test_changes_of_lanes_without_room_are_reported() -> None:
-    """Between two crossings 30 m apart a lane has no room to open; a two-way piece does not become a one-way one."""
+    """Between two crossings 30 m apart a lane has no room to open; nor has one against a one-way piece to end."""
     nodes = {"w": (-80.0, 0.0), "a": (0.0, 0.0), "m": (14.0, 0.0), "b": (30.0, 0.0), "e": (110.0, 0.0)}
     nodes |= {"an": (0.0, 60.0), "bn": (30.0, 60.0)}
     rest = {1: ("w a", ""), 4: ("b e", ""), 5: ("a an", ""), 6: ("b bn", "")}
@@ -100,7 +100,9 @@ def test_changes_of_lanes_without_room_are_reported() -> None:
 
     assert reported("lanes=2", "lanes=2") == []
     assert reported("lanes=2", "lanes=3 lanes:forward=2") == [(Kind.REPAIRED, "lanes-taken-over", "way/2")]
-    assert reported("lanes=2", "lanes=1 oneway=yes") == [(Kind.NOTE, "short-taper", "way/3")]
+    assert reported("lanes=2", "lanes=1 oneway=yes") == [(Kind.REPAIRED, "lanes-taken-over", "way/2")]
+    # A one-way piece takes over no turn lanes.
+    assert reported("lanes=1 oneway=yes", "lanes=3 lanes:forward=2") == [(Kind.NOTE, "short-taper", "way/3")]
 
 
 def test_bends_that_stay_lines_and_arcs_are_counted_by_way() -> None:
