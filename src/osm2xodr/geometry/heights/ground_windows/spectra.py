@@ -71,14 +71,17 @@ class Spectra:
 
     def __init__(self) -> None:
         self._rings = rings = Rings(wave_numbers(), np.pi, _BANDS)
-        count = np.minimum(rings.count, _MOST_COUNTED)
+        count = np.minimum(rings.count, _MOST_COUNTED).astype(np.float32)
         a, n = np.arange(*_LOG_A), np.arange(*_LOG_N)
-        fall, length, white = np.array(list(itertools.product(_FALLS, _LENGTHS, _WHITE_SHARES))).T
+        choices = itertools.product(_FALLS, _LENGTHS, _WHITE_SHARES)
+        # White noise has no length.
+        each_once = [choice for choice in choices if choice[2] < 1.0 or choice[1] == _LENGTHS[0]]
+        fall, length, white = np.array(each_once).T
         shape = (1.0 - white)[:, None] * np.exp(-((length[:, None] * rings.wave) ** 2)) + white[:, None]
         relief = np.exp(a)[:, None, None] * rings.wave ** -fall[:, None]
-        spectrum = relief[:, None] + np.exp(n)[:, None, None] * shape
+        spectrum = relief.astype(np.float32)[:, None] + (np.exp(n)[:, None, None] * shape).astype(np.float32)
         self._weighted_log = (count * np.log(spectrum)).sum(axis=-1).ravel()
-        self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T, np.float32)
+        self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T)
         each = (a[:, None, None], n[:, None], fall, length, white)
         self._choices = [item.ravel() for item in np.broadcast_arrays(*each)]
         # The integrals of both parts of the spectrum: correlated errors, and those of single cells.
