@@ -12,7 +12,7 @@ from batch_runs import statuses, write_table, write_village
 from small_area import street_grid, write_area
 
 from osm2xodr.batch.workers import AreaJob, Workers, running
-from osm2xodr.batch.workers.area_process import end_areas, run_area
+from osm2xodr.batch.workers.area_process import area_environment, end_areas, run_area
 from osm2xodr.cli import main
 from osm2xodr.errors import Osm2xodrError
 
@@ -94,3 +94,12 @@ def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.M
     monkeypatch.setattr("osm2xodr.batch.workers.local.run_each", fail)
     with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("", "a", ())], Workers()) as outcomes:
         list(outcomes)
+
+
+def test_areas_keep_their_memory_on_workers_of_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dask sets this for its workers (distributed.nanny.pre-spawn-environ)."""
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")
+    monkeypatch.setenv("SOMETHING_ELSE", "kept")
+    found = area_environment()
+    assert "MALLOC_TRIM_THRESHOLD_" not in found
+    assert (found["SOMETHING_ELSE"], found["PROJ_NETWORK"], found["OPENBLAS_NUM_THREADS"]) == ("kept", "OFF", "1")
