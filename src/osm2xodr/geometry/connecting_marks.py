@@ -93,16 +93,20 @@ def _edges(connecting: ConnectingRoads, wanted: IntArray, sides: tuple[int, int]
     there = np.isin(connecting.junction, connecting.junction[wanted])
     places = _Places.along(connecting, np.flatnonzero(driven & there))
     own = places.chosen(np.isin(places.row, wanted))
-    return [_edges_beside(connecting.junction, places, own, wanted, side) for side in sides]
+    tree = cKDTree(places.xy)
+    return [_edges_beside(connecting.junction, places, tree, own, wanted, side) for side in sides]
 
 
-def _edges_beside(junction: IntArray, places: _Places, own: _Places, wanted: IntArray, side: int) -> list[_Edge]:
+def _edges_beside(
+    junction: IntArray, places: _Places, tree: cKDTree, own: _Places, wanted: IntArray, side: int
+) -> list[_Edge]:
+    """Return what the edges of the wanted lanes are on one side; `tree` has all places, `own` are those on them."""
     outwards = side * np.column_stack([-np.sin(own.hdg), np.cos(own.hdg)])
     edge = own.xy + own.half[:, None] * outwards
     first, last = np.searchsorted(own.row, own.row), np.searchsorted(own.row, own.row, "right") - 1
     looked_at = np.minimum(np.hypot(*(edge - edge[first]).T), np.hypot(*(edge - edge[last]).T)) > _ENDS
     reach = math.hypot(places.half.max(initial=0.0) + _INSIDE, _SPACING)
-    near = cKDTree(edge).sparse_distance_matrix(cKDTree(places.xy), reach, output_type="ndarray")
+    near = cKDTree(edge).sparse_distance_matrix(tree, reach, output_type="ndarray")
     pairs = np.column_stack([near["i"], near["j"]])
     one, two = own.row[pairs[:, 0]], places.row[pairs[:, 1]]
     pairs = pairs[looked_at[pairs[:, 0]] & (one != two) & (junction[one] == junction[two])]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Final
@@ -86,7 +86,7 @@ def find_movements(
     """
     rules = _rules(network, layout, diagnostics)
     osm_node = [node.osm_node_id for node in network.intersections]
-    inner_at = _inner_streets(network, ends, layout)
+    inner_at = inner_streets(network, ends, layout)
     found: list[Movement] = []
     for junction, arms in enumerate(layout.arms):
         exits_at: dict[int, list[int]] = {}
@@ -106,14 +106,17 @@ def find_movements(
     return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
 
 
-def _inner_streets(
-    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout
+def inner_streets(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, *, against_one_way: bool = False
 ) -> dict[int, list[tuple[int, bool]]]:
-    """Return the inner streets that one may drive from each node, with True where along their direction."""
+    """Return the inner streets that one may drive from each node, with True where along their direction.
+
+    With `against_one_way` these are all.
+    """
     out: dict[int, list[tuple[int, bool]]] = {}
     for street in np.flatnonzero(layout.inner).tolist():
         for node, end in ((network.streets[street].start, 2 * street), (network.streets[street].end, 2 * street + 1)):
-            if ends.leaves[end]:
+            if against_one_way or ends.leaves[end]:
                 out.setdefault(node, []).append((street, end % 2 == 0))
     return out
 
@@ -146,11 +149,21 @@ def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: 
     return known.along(ways, nodes)
 
 
+def unrestricted_path(
+    network: StreetNetwork, ends: StreetEnds, inner_at: dict[int, list[tuple[int, bool]]], entry: int, exit_: int
+) -> _Path | None:
+    """Return the shortest path over `inner_at` from one arm to another, restrictions aside; None if there is none."""
+    # Without rules it does not matter which nodes these are.
+    nodes = range(len(network.intersections))
+    exits_at = {int(ends.node[exit_]): [exit_]}
+    return _ways_out(entry, network.streets, ends, nodes, inner_at, exits_at, _Rules()).get(exit_)
+
+
 def _ways_out(
     entry: int,
     streets: tuple[Street, ...],
     ends: StreetEnds,
-    osm_node: list[int],
+    osm_node: Sequence[int],
     inner_at: dict[int, list[tuple[int, bool]]],
     exits_at: dict[int, list[int]],
     rules: _Rules,

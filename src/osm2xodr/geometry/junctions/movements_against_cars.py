@@ -9,7 +9,7 @@ import numpy as np
 from osm2xodr.curves import wrapped
 from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
-from osm2xodr.geometry.junctions.movements import Movement
+from osm2xodr.geometry.junctions.movements import Movement, inner_streets, unrestricted_path
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, Direction, LaneType, StreetNetwork
 
@@ -26,6 +26,7 @@ def with_movements_against_cars(
     from their like alone, so that no car gets there.
     """
     found: list[Movement] = []
+    inner_at = inner_streets(network, ends, layout, against_one_way=True)
     for kind in _KINDS:
         into, out = _lanes_of_kind(network, kind)
         against_in, against_out = into & ~ends.enters, out & ~ends.leaves
@@ -38,7 +39,7 @@ def with_movements_against_cars(
                 open_ &= (out | ends.leaves)[arms] if against_in[entry] else against_out[arms]
                 if open_.any():
                     exit_ = int(arms[np.lexsort((turn, ~out[arms], ~open_))[0]])
-                    path = _inner_path(ends, layout, entry, exit_)
+                    path = unrestricted_path(network, ends, inner_at, entry, exit_)
                     if path is not None:
                         found.append(Movement(junction, entry, exit_, path, apart=kind))
     return sorted([*movements, *found], key=lambda item: item.junction) if found else movements
@@ -53,24 +54,3 @@ def _lanes_of_kind(network: StreetNetwork, kind: frozenset[LaneType]) -> tuple[B
             along, back = Direction.FORWARD in found, Direction.BACKWARD in found
             into[end], out[end] = (along, back) if end % 2 else (back, along)
     return into, out
-
-
-def _inner_path(
-    ends: StreetEnds, layout: JunctionLayout, entry: int, exit_: int
-) -> tuple[tuple[int, bool], ...] | None:
-    """Return the shortest way over streets inside the junction from one arm to another, against one-ways, too."""
-    goal = int(ends.node[exit_])
-    nodes = set(layout.nodes[int(layout.junction[entry])])
-    inner = [k for k in np.flatnonzero(layout.inner).tolist() if int(ends.node[2 * k]) in nodes]
-    best: dict[int, tuple[float, tuple[tuple[int, bool], ...]]] = {int(ends.node[entry]): (0.0, ())}
-    todo = [int(ends.node[entry])]
-    while todo:
-        node = todo.pop()
-        run, path = best[node]
-        for street in inner:
-            for near in (2 * street, 2 * street + 1):
-                far, length = int(ends.node[near ^ 1]), run + float(ends.length[near])
-                if int(ends.node[near]) == node and (far not in best or length < best[far][0]):
-                    best[far] = length, (*path, (street, near % 2 == 0))
-                    todo.append(far)
-    return best[goal][1] if goal in best else None

@@ -43,7 +43,7 @@ class Floor:
 
     left: dict[int, tuple[Cubic, ...]]
     right: dict[int, tuple[Cubic, ...]]
-    # Roads whose strips are part of the carriageway, more of them than of places that may be islands
+    # Roads whose strips are part of the carriageway, more of them than of islands
     paved_left: frozenset[int] = frozenset()
     paved_right: frozenset[int] = frozenset()
     islands: tuple[Hole, ...] = ()  # What lanes for cars go round and is no pavement

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file import RawWay
-from osm2xodr.osmParsing.tags import Kerbs, street_of
+from osm2xodr.osmParsing.tags import Kerbs, ends_of_streets, street_of
 
 # Carriageways whose widths, and whose middles, differ by no more than this, m, are one. A choice: kerbs are drawn no
 # better than to a quarter of a metre on both sides.
@@ -64,16 +64,12 @@ def _chains(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs]) -> Iterator[list
     A street continues at a node where exactly two of its ways end.
     """
     chosen = [index for index in sorted(kerbs) if kerbs[index].apart is not None]
-    meeting: dict[tuple[int, tuple[str, ...]], list[tuple[int, bool]]] = {}
-    for index, way in enumerate(ways):
-        street = street_of(way.tags)
-        if street is not None and len(way.refs):
-            meeting.setdefault((way.refs[0], street), []).append((index, True))
-            meeting.setdefault((way.refs[-1], street), []).append((index, False))
+    streets = [street_of(way.tags) for way in ways]
+    meeting = ends_of_streets(ways, streets)
     among, done = set(chosen), set[int]()
 
     def following(way: int, along: bool) -> tuple[int, bool] | None:
-        street = street_of(ways[way].tags)
+        street = streets[way]
         at = meeting.get((ways[way].refs[-1 if along else 0], street), []) if street is not None else []
         others = [other for other in at if other[0] != way]
         return others[0] if len(at) == 2 and len(others) == 1 and others[0][0] in among else None

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.model import RoadsideKind
+from osm2xodr.osmParsing.options import DRIVABLE
 from osm2xodr.osmParsing.tags import SIGN_KEYS
 
 # Nodes with one of these keys are read, on streets and beside them.
@@ -66,18 +67,7 @@ _BARRIER_DETAILS: Final = frozenset(
 # By key, the value of areas that are raised between carriageways.
 _ISLANDS: Final[Mapping[str, str]] = MappingProxyType({"area:highway": "traffic_island", "traffic_calming": "island"})
 # Areas of carriageways, by the class of the road (OSM wiki, Key:area:highway).
-_LINKED: Final = frozenset({"motorway", "trunk", "primary", "secondary", "tertiary"})
-_CARRIAGEWAYS: Final = frozenset(
-    (
-        *_LINKED,
-        *(f"{name}_link" for name in _LINKED),
-        "unclassified",
-        "residential",
-        "living_street",
-        "service",
-        "road",
-    )
-)
+_CARRIAGEWAYS: Final = DRIVABLE.highways
 # Values of ``kerb`` on lines that are kerbs (OSM wiki, Key:kerb).
 _KERBS: Final = frozenset({"raised", "lowered", "flush", "rolled", "yes"})
 _TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})

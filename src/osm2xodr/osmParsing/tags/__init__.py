@@ -24,7 +24,14 @@ from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
 from osm2xodr.osmParsing.tags.values import Tags, parse_layer, parse_length, parse_speed
-from osm2xodr.osmParsing.tags.ways import WAY_TAGS, street_of, turned_round, way_attributes, without_margins
+from osm2xodr.osmParsing.tags.ways import (
+    WAY_TAGS,
+    ends_of_streets,
+    street_of,
+    turned_round,
+    way_attributes,
+    without_margins,
+)
 
 __all__ = [
     "ACCESS_TAGS",
@@ -38,6 +45,7 @@ __all__ = [
     "Kerbs",
     "Tags",
     "changes_direction",
+    "ends_of_streets",
     "is_town_street",
     "is_transition",
     "kerb_height",

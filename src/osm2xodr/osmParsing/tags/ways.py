@@ -214,6 +214,19 @@ def street_of(tags: Tags, *same: str) -> tuple[str, ...] | None:
     return tags["highway"], name or ref, str(abs(oneway(tags)[0])), *(tags.get(key, "") for key in same)
 
 
+def ends_of_streets(
+    ways: Sequence[RawWay], streets: Sequence[tuple[str, ...] | None]
+) -> dict[tuple[int, tuple[str, ...]], list[tuple[int, bool]]]:
+    """Return the ways of each street that end at each node, by their indices, and whether they begin there."""
+    out: dict[tuple[int, tuple[str, ...]], list[tuple[int, bool]]] = {}
+    for index, (way, street) in enumerate(zip(ways, streets, strict=True)):
+        # A way without nodes continues nowhere.
+        if street is not None and len(way.refs):
+            out.setdefault((way.refs[0], street), []).append((index, True))
+            out.setdefault((way.refs[-1], street), []).append((index, False))
+    return out
+
+
 def _beyond(
     ways: Sequence[RawWay], streets: Sequence[tuple[str, ...] | None], unknown: Sequence[bool]
 ) -> Iterator[tuple[int, list[int]]]:
@@ -223,12 +236,7 @@ def _beyond(
     """
     if not any(unknown):
         return
-    meeting: dict[tuple[int, tuple[str, ...]], list[int]] = {}
-    for index, (way, street) in enumerate(zip(ways, streets, strict=True)):
-        # A way without nodes continues nowhere.
-        if street is not None and len(way.refs):
-            for node in (way.refs[0], way.refs[-1]):
-                meeting.setdefault((node, street), []).append(index)
+    meeting = ends_of_streets(ways, streets)
     for index, is_unknown in enumerate(unknown):
         if is_unknown and len(ways[index].refs):
             both = (_first_beyond(index, end, ways, streets, unknown, meeting) for end in (0, -1))
@@ -241,13 +249,13 @@ def _first_beyond(
     ways: Sequence[RawWay],
     streets: Sequence[tuple[str, ...] | None],
     unknown: Sequence[bool],
-    meeting: Mapping[tuple[int, tuple[str, ...]], Sequence[int]],
+    meeting: Mapping[tuple[int, tuple[str, ...]], Sequence[tuple[int, bool]]],
 ) -> int | None:
     """Return the index of the first known way beyond one end (0 or -1) of a way; None if there is none."""
     node = ways[index].refs[end]
     street = streets[index]
     for _ in range(_WAYS_SEARCHED):
-        others = [other for other in meeting.get((node, street), ()) if other != index] if street else []
+        others = [other for other, _ in meeting.get((node, street), ()) if other != index] if street else []
         if len(others) != 1:
             return None
         index = others[0]
