@@ -153,7 +153,10 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
             ),
             Target(
                 "sumo",
-                lane_types=(("bus", "driving"), ("parking", "shoulder"), ("taxi", "driving")),
+                lane_types=(
+                    *(("bus", "driving"), ("taxi", "driving")),
+                    *(("parking", "shoulder"), ("restricted", "shoulder")),
+                ),
                 light_references=False,
                 lights_for_people=False,
                 negated_left_hand=True,

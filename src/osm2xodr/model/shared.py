@@ -56,6 +56,7 @@ class LaneType(str, Enum):
     BIKING = "biking"
     SIDEWALK = "sidewalk"
     PARKING = "parking"
+    RESTRICTED = "restricted"  # Level with the carriageway, and nobody may drive or park there
     SHOULDER = "shoulder"
     MEDIAN = "median"
     BORDER = "border"

@@ -32,6 +32,9 @@ MOUTH_LENGTH: Final = 12.0
 # middle of the lanes, 1 if in that of the carriageway with the parked cars. Both is common, so half: of 372 such ways
 # in Berlin lanes lie beside surveyed kerbs by 0.76 m (rms) with it, by 0.97 with 0 as with 1.
 LANES_BESIDE_PARKING: Final = 0.5
+# Where nobody parks along at most so much of a street with cars parked before or behind, its kerbs run straight on,
+# m. A choice: the law keeps 15 m before and behind the sign of a bus stop free (StVO, section 12).
+PARKING_PAUSE_MAX: Final = 40.0
 # Bus and bicycle lanes, m: RASt 06, bus lanes 3.25 to 3.50, bicycle lanes 1.50 (advisory) to 1.85.
 LANE_WIDTH_BUS: Final = 3.25
 LANE_WIDTH_BICYCLE: Final = 1.5

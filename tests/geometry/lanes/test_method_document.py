@@ -26,7 +26,14 @@ def values(module: ModuleType) -> dict[str, object]:
 
 GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "BUILT_UP_STREET_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
 OF_KERBS = ("BESIDE_SPACING", "KERB_REACH", "KERBS_SCATTER", "MOUTH_LENGTH")
-OF_PARSING = ("LANE_WIDTH_MIN", "LANE_WIDTH_MAX", "LANES_BESIDE_PARKING", "TOWN_SPEED_MAX_KMH", *OF_KERBS)
+OF_PARSING = (
+    "LANE_WIDTH_MIN",
+    "LANE_WIDTH_MAX",
+    "LANES_BESIDE_PARKING",
+    "PARKING_PAUSE_MAX",
+    "TOWN_SPEED_MAX_KMH",
+    *OF_KERBS,
+)
 DEFAULTS = values(shared) | values(of_lanes) | values(of_margins)
 DEFAULTS |= {name: getattr(of_parsing, name) for name in (*GUESSED_SPEEDS, *OF_PARSING)}
 DEFAULTS |= {

@@ -19,7 +19,7 @@ from osm2xodr.conventions.defaults import LANE_WIDTH, ONE_LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
-from osm2xodr.osmParsing.tags.cross_sections import Kerbs, cross_section
+from osm2xodr.osmParsing.tags.cross_sections import Kerbs, StreetFacts, cross_section
 
 LEFT = Rule.LEFT_HAND
 
@@ -329,7 +329,7 @@ def kerbs(
     """Return the widths of the lanes of a residential street with kerbs, m, and t of their middle."""
     between = Kerbs(left, right) if left or right else None
     values = {"highway": "residential", **tags_of(tags)}
-    section = cross_section(values, 0, RIGHT, kerbs=between, street_width=street_width)
+    section = cross_section(values, 0, RIGHT, facts=StreetFacts(between, street_width))
     return [round(lane.width, 3) for lane in section.lanes_ltr], round(section.middle_offset, 3)
 
 
@@ -384,5 +384,5 @@ def test_the_same_street_tells_the_width_where_nothing_else_does() -> None:
 
 
 def test_the_same_street_is_a_guess() -> None:
-    section = cross_section({"highway": "residential", "lanes": "2"}, 0, RIGHT, street_width=7.0)
+    section = cross_section({"highway": "residential", "lanes": "2"}, 0, RIGHT, facts=StreetFacts(width=7.0))
     assert section.findings == ((Kind.GUESSED, "width", "no width given, 7 m as on the same street"),)

@@ -12,7 +12,7 @@ from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule, StreetAttributes, Structure
 from osm2xodr.osmParsing.file.reader import RawWay
-from osm2xodr.osmParsing.tags.cross_sections import Kerbs
+from osm2xodr.osmParsing.tags.cross_sections import Kerbs, StreetFacts
 from osm2xodr.osmParsing.tags.ways import _WAYS_SEARCHED, lanes_of_neighbours, way_attributes, widths_of_neighbours
 
 
@@ -282,9 +282,9 @@ def test_widths_of_the_same_street(tags: tuple[str, ...], found: dict[int, float
 
 
 def test_kerbs_tell_the_width_of_the_same_street() -> None:
-    assert widths_of_neighbours(row("", "", ""), {0: Kerbs(4.0, -4.1)}) == {1: 8.1, 2: 8.1}
+    assert widths_of_neighbours(row("", "", ""), {0: StreetFacts(Kerbs(4.0, -4.1))}) == {1: 8.1, 2: 8.1}
     # One of them tells none.
-    assert widths_of_neighbours(row("", "", ""), {0: Kerbs(4.0, None)}) == {}
+    assert widths_of_neighbours(row("", "", ""), {0: StreetFacts(Kerbs(4.0, None))}) == {}
 
 
 def test_a_lane_width_of_the_user_comes_before_the_same_street() -> None:

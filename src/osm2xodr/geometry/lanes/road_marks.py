@@ -50,7 +50,7 @@ _DIVIDERS: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
 )
 _NO_DIVIDER: Final = frozenset({"no", "none"})
 # Strips that make a line at the carriageway's edge needless.
-_KERBSIDE: Final = frozenset({LaneType.SIDEWALK, LaneType.PARKING, LaneType.BORDER})
+_KERBSIDE: Final = frozenset({LaneType.SIDEWALK, LaneType.PARKING, LaneType.RESTRICTED, LaneType.BORDER})
 
 
 @dataclass(frozen=True, slots=True)

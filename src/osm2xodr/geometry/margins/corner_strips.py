@@ -17,7 +17,7 @@ from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
 # Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
 _NARROWEST_FILLING: Final = 0.05
 # Strips that continue beside the sidewalk where both arms have them.
-_CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
+_CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER, LaneType.RESTRICTED})
 # Shares of the innermost lane, from its inner edge, at which it must not lie on lanes for cars.
 _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 

@@ -20,6 +20,8 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch, Wedge
 from osm2xodr.model import Cubic, LaneType, MarginSpec
 
+# Parts of the carriageway beside its lanes: they take the place of each other.
+_BESIDE_LANES: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
 # Widths that differ by less are the same, m.
 _SAME_WIDTH: Final = 1e-9
 # Places within wedges that are closer are the same, m.
@@ -33,6 +35,8 @@ class Column:
     strips: tuple[MarginSpec | None, ...]  # The strip in each stretch of the road's margins; None where there is none
     wedges: tuple[Wedge, ...] = ()  # Before junctions
     notches: tuple[Notch, ...] = ()  # Inside tight bends, with the room that strips inside of it leave
+    # Stretches in which it opens already, as the strip in whose place it comes closes
+    opening: frozenset[int] = frozenset()
 
     def strip_at(self, end: int, side: int) -> MarginSpec | None:
         """Return the strip at a road end, as narrow as a wedge leaves it, at the side (left 1, right -1) it is on."""
@@ -70,9 +74,23 @@ def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
             tuple(column),
             _wedges(column, margins, side),
             tuple(_beside(found[:k], margins, item) for item in notches),
+            _opening(column, [*found[:k], *found[k + 1 :]]),
         )
         for k, column in enumerate(found)
     )
+
+
+def _opening(column: Sequence[MarginSpec | None], others: Sequence[Sequence[MarginSpec | None]]) -> frozenset[int]:
+    """Return the stretches in which one of some other columns ends, in whose place a column begins."""
+    begins = [k for k in range(len(column) - 1) if column[k] is None and column[k + 1] is not None]
+    return frozenset(k for k in begins if any(_gives_way(other[k], other[k + 1], column[k + 1]) for other in others))
+
+
+def _gives_way(before: MarginSpec | None, after: MarginSpec | None, follows: MarginSpec | None) -> bool:
+    """Whether one of two strips before and after a border ends there, and another one takes its place."""
+    if before is None or after is not None or follows is None:
+        return False
+    return {before.type, follows.type} == _BESIDE_LANES and before.height == follows.height
 
 
 def _beside(inner: Sequence[Sequence[MarginSpec | None]], margins: Margins, notch: Notch) -> Notch:
@@ -111,26 +129,29 @@ def present(columns: Sequence[Column], margins: Margins, begin: float, end: floa
         for k, item in enumerate(margins)
         if item.start < end - defaults.SAME_PLACE and item.end > begin + defaults.SAME_PLACE
     ]
-    return [i for i, column in enumerate(columns) if any(column.strips[k] is not None for k in here)]
+    return [
+        i
+        for i, column in enumerate(columns)
+        if any(column.strips[k] is not None or k in column.opening for k in here)
+    ]
 
 
 def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
     """Return the width of a column along the whole road.
 
-    Strips begin and end in a taper within their own stretch; those that change their width do so beyond the border.
+    Strips begin and end in a taper within their own stretch; those that change their width do so beyond the border,
+    and those that take the place of another one open where that one closes.
     """
     out: list[Cubic] = []
     for k, (item, strip) in enumerate(zip(margins, column.strips, strict=True)):
         length = item.end - item.start
         width = 0.0 if strip is None else strip.width
-        goes_on = k + 1 == len(margins) or column.strips[k + 1] is not None
-        before = column.strips[k - 1] if k else strip
+        after = column.strips[k + 1] if k + 1 < len(margins) else strip
+        before = column.strips[k - 1] if k and k - 1 not in column.opening else strip
         begins = before.width if before is not None and strip is not None else 0.0
+        ends = after.width if after is not None and k in column.opening else width if after is not None else 0.0
         taper = min(defaults.MARGIN_TAPER_LENGTH, TAPER_SHARE * length)
-        out += [
-            Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
-            for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
-        ]
+        out += [Cubic(item.start + c.s, c.a, c.b, c.c, c.d) for c in tapered(length, taper, begins, width, ends)]
     for notch in column.notches:
         out = _with_notch(out, notch, margins[-1].end)
     return without_repeats(_narrowed(out, column.wedges, margins[-1].end) if column.wedges else out)

@@ -51,6 +51,14 @@ class WayPieces:
     count: IntArray  # (m,) Number of nodes of each piece
     way: IntArray  # (m,) Index of the way of each piece
 
+    def way_lengths(self, ways: int) -> FloatArray:
+        """Return the lengths of so many ways, (ways,), m."""
+        step = np.hypot(*np.diff(self.points, axis=0).T)
+        last = np.cumsum(self.count) - 1
+        step[last[:-1]] = 0.0  # From one piece to the next
+        length = np.add.reduceat(np.append(step, 0.0), last - self.count + 1)
+        return np.bincount(self.way, length, ways).astype(np.float64)
+
 
 def kerbs_along(
     ways: Sequence[RawWay],

@@ -6,11 +6,12 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS
 from osm2xodr.osmParsing.tags.built_up import is_town_street
-from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, is_transition
+from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, is_transition, tagged_width
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
-from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
+from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_sidewalks
 from osm2xodr.osmParsing.tags.node_facts import (
@@ -20,6 +21,7 @@ from osm2xodr.osmParsing.tags.node_facts import (
     read_thing_facts,
     turning_circles,
 )
+from osm2xodr.osmParsing.tags.parking import PARKING_TAGS, read_parking
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
@@ -35,14 +37,18 @@ from osm2xodr.osmParsing.tags.ways import (
 
 __all__ = [
     "ACCESS_TAGS",
+    "BESIDE_TAGS",
     "COUNT_TAGS",
     "LEFT_RIGHT",
     "LIST_TAGS",
     "NO",
+    "PARKING_TAGS",
     "SIGN_KEYS",
+    "TURN_TAGS",
     "WAY_TAGS",
     "WIDTH_TAGS",
     "Kerbs",
+    "StreetFacts",
     "Tags",
     "changes_direction",
     "ends_of_streets",
@@ -57,11 +63,13 @@ __all__ = [
     "parse_length",
     "parse_speed",
     "read_node_facts",
+    "read_parking",
     "read_thing_facts",
     "reason_left_out",
     "sides_of",
     "street_of",
     "structure_of",
+    "tagged_width",
     "tells_of_sidewalks",
     "turned_round",
     "turning_circles",

@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import accumulate
 from math import inf
 from typing import Final
@@ -31,7 +30,7 @@ from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
-from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
+from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, without_parking
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
 WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
@@ -82,6 +81,19 @@ class Kerbs:
 
 
 @dataclass(frozen=True, slots=True)
+class StreetFacts:
+    """What is known of the carriageway of a way by the kerbs along it and by the same street before and behind it."""
+
+    kerbs: Kerbs | None = None  # Those that are mapped along the way
+    width: float | None = None  # Of the carriageway on the same street, where it is not known here, m
+    # Room left and right that parked cars use before and behind the way, and nobody does beside it, m
+    no_parking: tuple[float, float] = (0.0, 0.0)
+
+
+NO_FACTS: Final = StreetFacts()
+
+
+@dataclass(frozen=True, slots=True)
 class CrossSection:
     """Lanes across a way and the strips beside them, seen along its order of nodes."""
 
@@ -103,68 +115,59 @@ def cross_section(
     *,
     in_town: bool = False,
     known_widths: Mapping[int, float] | None = None,
-    kerbs: Kerbs | None = None,
-    street_width: float | None = None,
+    facts: StreetFacts = NO_FACTS,
 ) -> CrossSection:
     """Make the cross section of a way from its tags (``highway`` and `SECTION_TAGS`).
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
     that direction of a two-way road is closed to cars. `default_lane_width` (m) is that of lanes for cars without a
     tagged width; None takes the country's width for the class of the road, which differs `in_town`, a built-up area.
-    `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`; `kerbs` are those that
-    are mapped along it; `street_width` (m) is that of the carriageway on the same street, if it is not known here.
+    `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`.
     """
-    make = partial(
-        _cross_section,
-        tags,
-        direction,
-        rule,
-        default_lane_width,
-        closed,
-        country,
-        in_town,
-        known_widths or {},
-        street_width,
-    )
-    by_tags, parking = make(None)
-    if kerbs is None:
+    way = _Way(tags, direction, rule, default_lane_width, closed, country, in_town, known_widths or {})
+    by_tags, parking = _section(way, replace(facts, kerbs=None))
+    if facts.kerbs is None:
         return by_tags
     findings: Findings = []
-    carriageway = _between(kerbs, by_tags, parking, tags, findings)
-    section = make(carriageway)[0] if carriageway else by_tags
+    kerbs = _between(facts.kerbs, by_tags, parking, tags, findings)
+    section = _section(way, replace(facts, kerbs=kerbs))[0] if kerbs else by_tags
     return replace(section, findings=(*section.findings, *findings))
 
 
-def _cross_section(
-    tags: Tags,
-    direction: int,
-    rule: Rule,
-    default_lane_width: float | None,
-    closed: int,
-    country: Country,
-    in_town: bool,
-    known_widths: Mapping[int, float],
-    street_width: float | None,
-    kerbs: Kerbs | None,
-) -> tuple[CrossSection, tuple[float, float]]:
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """The arguments of `cross_section` that belong to the way alone."""
+
+    tags: Tags
+    direction: int
+    rule: Rule
+    default_lane_width: float | None
+    closed: int
+    country: Country
+    in_town: bool
+    known_widths: Mapping[int, float]
+
+
+def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, float]]:
     """Return the cross section, and the width of parking left and right that is part of the carriageway, m."""
     findings: Findings = []
-    runs_one_way = direction or -closed
+    tags, direction, rule = way.tags, way.direction, way.rule
+    runs_one_way = direction or -way.closed
     contraflow_bus = bool(runs_one_way) and contraflow_bus_lane(tags, runs_one_way)
-    groups = lane_groups(tags, direction, findings, closed, contraflow_bus)
+    groups = lane_groups(tags, direction, findings, way.closed, contraflow_bus)
     groups = with_beside_lanes(groups, tags, runs_one_way, rule, findings)
     # Seen along the way, backward lanes are in the reverse of their drivers' order.
     forward = [(slot, Direction.FORWARD) for slot in groups.forward]
     backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
-    margins = read_margins(tags, runs_one_way, rule, findings)
-    slots = _with_known_widths([slot for slot, _ in lanes], known_widths)
-    carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, kerbs, street_width, findings)
-    usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town)
+    margins = without_parking(read_margins(tags, runs_one_way, rule, findings), facts.no_parking, findings)
+    slots = _with_known_widths([slot for slot, _ in lanes], way.known_widths)
+    carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, facts, findings)
+    usual = way.default_lane_width or _usual_width(groups, tags["highway"], way.country, way.in_town)
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
-    chosen = default_lane_width is not None
+    chosen = way.default_lane_width is not None
     widths = _widths(slots, usual, chosen, carriageway, parking_left + parking_right, findings)
     whole = Access.HOV if tags.get("hov") in KEPT_FOR_HOV else Access.ALL
     lanes_ltr = tuple(
@@ -176,6 +179,7 @@ def _cross_section(
         beside = (parking_right - parking_left) / 2.0
         offset = LANES_BESIDE_PARKING * beside
         # Lanes that leave room beside them may lie anywhere between the kerbs.
+        kerbs = facts.kerbs
         if kerbs and kerbs.apart and abs(sum(widths) + parking_left + parking_right - kerbs.apart) <= _WIDTHS_AGREE:
             offset = kerbs.middle + beside if abs(kerbs.middle + beside) >= _ASIDE_LEAST else 0.0
     section = CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
@@ -261,8 +265,7 @@ def _carriageway(
     tags: Tags,
     margins: Margins,
     slots: Sequence[Slot],
-    kerbs: Kerbs | None,
-    street_width: float | None,
+    facts: StreetFacts,
     findings: Findings,
 ) -> tuple[float | None, float, float]:
     """Return the width of the carriageway, if known, and what of it parked cars use on the left and right, m.
@@ -273,12 +276,13 @@ def _carriageway(
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return None, 0.0, 0.0
+    kerbs = facts.kerbs
     names = WIDTH_TAGS[:1] if kerbs else WIDTH_TAGS
     width = first_width(tags, names, CARRIAGEWAY_WIDTHS, "width", "a road", findings)
     if width is None and kerbs:
         width = kerbs.apart
-    elif width is None and street_width and _fits(street_width, len(slots), 0.0):
-        width = street_width
+    elif width is None and facts.width and _fits(facts.width, len(slots), 0.0):
+        width = facts.width
         findings.append((Kind.GUESSED, "width", f"no width given, {width:g} m as on the same street"))
     left, right = margins.parking_left, margins.parking_right
     if width is None or not parked or width - left - right >= LANE_WIDTH_MIN:

@@ -121,6 +121,21 @@ def read_margins(tags: Tags, direction: int, rule: Rule, findings: Findings) -> 
     return Margins(_shared(left), _shared(right), parking_left, parking_right)
 
 
+def without_parking(margins: Margins, room: tuple[float, float], findings: Findings) -> Margins:
+    """Return margins with the room, left and right, m, that cars parked before and behind leave beside a way."""
+    left, right = room
+    if not left and not right:
+        return margins
+    places = " and ".join(f"{wide:g} m on the {side}" for wide, side in ((left, "left"), (right, "right")) if wide)
+    findings.append((Kind.NOTE, "parking", f"parking pauses: {places} stay free, so that the kerb runs straight on"))
+    return Margins(
+        _shared(((MarginSpec(LaneType.RESTRICTED, left),) if left else ()) + margins.left),
+        _shared(((MarginSpec(LaneType.RESTRICTED, right),) if right else ()) + margins.right),
+        margins.parking_left + left,
+        margins.parking_right + right,
+    )
+
+
 def tells_of_sidewalks(tags: Tags) -> bool:
     """Whether the tags of a way say anything of people on foot: sidewalks, none, or where else they walk."""
     return not tags.keys().isdisjoint(_ON_FOOT_TAGS)

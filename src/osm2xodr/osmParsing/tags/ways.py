@@ -15,7 +15,14 @@ from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.built_up import BUILT_UP_TAGS, is_town_street
-from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, Kerbs, cross_section, tagged_width
+from osm2xodr.osmParsing.tags.cross_sections import (
+    NO_FACTS,
+    SECTION_TAGS,
+    CrossSection,
+    StreetFacts,
+    cross_section,
+    tagged_width,
+)
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
@@ -54,8 +61,8 @@ WAY_TAGS: Final = frozenset(
     )
 )
 
-# No kerbs along any way.
-_NO_KERBS: Final[Mapping[int, Kerbs]] = MappingProxyType({})
+# Nothing is known of any way.
+_NO_FACTS: Final[Mapping[int, StreetFacts]] = MappingProxyType({})
 # No correction of any way.
 _NO_CORRECTIONS: Final[Mapping[int, WayCorrection]] = MappingProxyType({})
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
@@ -74,7 +81,7 @@ def way_attributes(
     default_speeds: bool = True,
     dense: Set[int] = frozenset(),
     corrections: Mapping[int, WayCorrection] = _NO_CORRECTIONS,
-    kerbs: Mapping[int, Kerbs] = _NO_KERBS,
+    facts: Mapping[int, StreetFacts] = _NO_FACTS,
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
@@ -82,8 +89,8 @@ def way_attributes(
     the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
     the class of the road); limits and usual widths are those of `country`, whose law stands in for limits that are
     not tagged if `default_speeds` says so; `dense` are the ids of the ways among residential streets. Of the
-    `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. `kerbs` tell of
-    the carriageways of some ways, by index. What is guessed, repaired or ignored goes to the diagnostics.
+    `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. `facts` are
+    those of some ways, by index. What is guessed, repaired or ignored goes to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -91,7 +98,7 @@ def way_attributes(
     directions: list[int] = []
     neighbours = lanes_of_neighbours(ways)
     # A width that the user chose for lanes comes before those of the neighbours.
-    street_widths = {} if default_lane_width else widths_of_neighbours(ways, kerbs)
+    street_widths = {} if default_lane_width else widths_of_neighbours(ways, facts)
     for index, way in enumerate(ways):
         tags = way.tags
         direction, certain = oneway(tags)
@@ -100,8 +107,10 @@ def way_attributes(
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
         town = is_town_street(tags, way.id in dense)
-        between, street_width = kerbs.get(index), street_widths.get(index)
-        key = (tags["highway"], direction, closed, town, between, street_width, *lane_tags.items())
+        known_of = facts.get(index, NO_FACTS)
+        if index in street_widths:
+            known_of = replace(known_of, width=street_widths[index])
+        key = (tags["highway"], direction, closed, town, known_of, *lane_tags.items())
         lane_tags["highway"] = tags["highway"]
         make = partial(
             cross_section,
@@ -112,8 +121,7 @@ def way_attributes(
             closed,
             country,
             in_town=town,
-            kerbs=between,
-            street_width=street_width,
+            facts=known_of,
         )
         if key not in known:
             known[key] = make()
@@ -181,15 +189,15 @@ def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
     return found
 
 
-def widths_of_neighbours(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs]) -> dict[int, float]:
+def widths_of_neighbours(ways: Sequence[RawWay], facts: Mapping[int, StreetFacts]) -> dict[int, float]:
     """Guess the widths of the carriageways of ways without any by those of the same street, by index of the way, m.
 
-    `kerbs` are those along ways, by index. One side along the street is enough, of both sides the mean is taken; the
-    number of lanes must be the same.
+    `facts` are those of ways, by index: kerbs tell widths, too. One side along the street is enough, of both sides
+    the mean is taken; the number of lanes must be the same.
     """
     streets = [street_of(way.tags, "lanes") for way in ways]
     widths = [
-        kerbs[index].apart if index in kerbs else tagged_width(way.tags) if street is not None else None
+        kerbs.apart if (kerbs := facts.get(index, NO_FACTS).kerbs) else tagged_width(way.tags) if street else None
         for index, (way, street) in enumerate(zip(ways, streets, strict=True))
     ]
     unknown = [street is not None and width is None for street, width in zip(streets, widths, strict=True)]
