@@ -421,24 +421,30 @@ def test_verges_and_bicycle_tracks_go_on_beside_the_sidewalk(rule: Rule) -> None
         assert sorted(links[road.id]) == sorted((lane.predecessor, lane.id) for lane in lanes)
 
 
+@pytest.mark.parametrize(
+    ("strips", "kind", "height"),
+    [
+        # The kerb runs on where cars park on the carriageway.
+        ((PARKING,), LaneType.SHOULDER, 0.0),
+        ((replace(PARKING, type=LaneType.RESTRICTED),), LaneType.SHOULDER, 0.0),
+        # Cars that park on the sidewalk, or beside a verge, stand above it.
+        ((replace(PARKING, height=0.12),), LaneType.BORDER, 0.12),
+        ((replace(PARKING, width=1.2), VERGE), LaneType.BORDER, 0.12),
+    ],
+)
 @EITHER
-def test_a_border_fills_what_the_arms_have_not_both(rule: Rule) -> None:
-    """From a sidewalk beyond 2.2 m of parked cars to one at the kerb: the border runs out, linked to nothing."""
+def test_what_the_arms_have_not_both_is_filled(rule: Rule, strips: Strips, kind: LaneType, height: float) -> None:
+    """From a sidewalk beyond 2.2 m of other strips to one at the kerb: the filling runs out, linked to nothing."""
     case = wide(X)
-    parked = ((PARKING, WALK), (PARKING, WALK))
+    parked = ((*strips, WALK), (*strips, WALK))
     roads = built(case, {1: parked, 2: parked, 3: BOTH, 4: BOTH}, rule)
     assert_sound(roads)
     assert len(corners(roads)) == 4
     for road in corners(roads):
-        border, walk = sorted(
+        filling, walk = sorted(
             (lane for lane in road.lane_sections[0].lanes if lane.id), key=lambda lane: abs(lane.id)
         )
-        assert (border.type, border.height, border.predecessor, border.successor) == (
-            LaneType.BORDER,
-            0.12,
-            None,
-            None,
-        )
+        assert (filling.type, filling.height, filling.predecessor, filling.successor) == (kind, height, None, None)
         assert walk.type is LaneType.SIDEWALK
         at = [lanes_across(roads, road, share) for share in (0.0, 0.5, 1.0)]
         assert [across[0][1] for across in at] == pytest.approx([1.5] * 3)
@@ -450,8 +456,8 @@ def test_a_border_fills_what_the_arms_have_not_both(rule: Rule) -> None:
 
 
 @EITHER
-def test_a_border_fills_the_closed_side_of_a_t(rule: Rule) -> None:
-    """Parking lanes end at the junction, and the sidewalk beyond goes straight on: all between is border."""
+def test_the_closed_side_of_a_t_is_filled(rule: Rule) -> None:
+    """Parking lanes end at the junction, and the sidewalk beyond goes straight on: all between is paved."""
     case = wide(T)
     parked = ((PARKING, WALK), (PARKING, WALK))
     roads = built(case, everywhere(case, parked), rule)
@@ -461,7 +467,7 @@ def test_a_border_fills_the_closed_side_of_a_t(rule: Rule) -> None:
     (straight,) = (road for road in corners(roads) if side * (middle_of(roads, road)[2][1] - street) > 0)
     for share in (0.0, 0.5, 1.0):
         kinds, inner, outer = zip(*lanes_across(roads, straight, share), strict=True)
-        assert kinds == (LaneType.BORDER, LaneType.SIDEWALK)
+        assert kinds == (LaneType.SHOULDER, LaneType.SIDEWALK)
         assert inner == pytest.approx([1.5, 3.7], abs=0.01)
         assert outer == pytest.approx([3.7, 5.7], abs=0.01)
 

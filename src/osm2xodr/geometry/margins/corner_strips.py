@@ -17,7 +17,9 @@ from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
 # Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
 _NARROWEST_FILLING: Final = 0.05
 # Strips that continue beside the sidewalk where both arms have them.
-_CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER, LaneType.RESTRICTED})
+_CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
+# Parts of the carriageway beside its lanes, which end where a corner begins.
+_PAVED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED, LaneType.SHOULDER})
 # Shares of the innermost lane, from its inner edge, at which it must not lie on lanes for cars.
 _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
@@ -39,7 +41,8 @@ class Sidewalk:
 def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
     """Return the lanes between a corner's sidewalk and the carriageway, from the sidewalk inwards.
 
-    Strips that both arms have next to the sidewalk continue round the corner; the rest is a border as high as it.
+    Strips that both arms have next to the sidewalk continue round the corner. The rest is paved where all of it is
+    part of the carriageway on both arms, else a border as high as the sidewalk.
     """
     out: list[InnerLane] = []
     for (lane, strip), (lane_beyond, beyond) in zip(one.inner, other.inner, strict=False):
@@ -47,9 +50,12 @@ def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
         if not alike or strip.type not in _CONTINUING:
             break
         out.append(InnerLane(strip.type, strip.width, beyond.width, strip.height, lane, lane_beyond))
-    rest = [sum(strip.width for _, strip in walk.inner[len(out) :]) for walk in (one, other)]
-    if max(rest) >= _NARROWEST_FILLING:
-        out.append(InnerLane(LaneType.BORDER, rest[0], rest[1], one.height))
+    rest = [[strip for _, strip in walk.inner[len(out) :]] for walk in (one, other)]
+    begins, ends = (sum(strip.width for strip in strips) for strips in rest)
+    if max(begins, ends) >= _NARROWEST_FILLING:
+        paved = all(item.type in _PAVED and item.height < defaults.SAME_HEIGHT for strips in rest for item in strips)
+        kind, height = (LaneType.SHOULDER, 0.0) if paved else (LaneType.BORDER, one.height)
+        out.append(InnerLane(kind, begins, ends, height))
     return tuple(out)
 
 
