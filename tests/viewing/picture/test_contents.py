@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +15,7 @@ from lxml import etree
 from PIL import Image
 from street_cases import Case
 from viewed_file import HOSTILE, viewed_file
-from xodr_text import document, road
+from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.diagnostics import Diagnostics
@@ -72,6 +73,28 @@ def test_a_turning_circle_has_no_hole(tmp_path: Path) -> None:
     rows, columns = np.nonzero(np.all(image[:320] == (0xF6, 0xF7, 0xF5), axis=2))
     off = np.hypot(columns / 20.0 - 10.0, 8.0 - rows / 20.0)
     assert off[off < 7.0].max(initial=0.0) < 0.3
+
+
+def test_lanes_without_width_are_not_drawn(tmp_path: Path) -> None:
+    """A sidewalk beside a street that begins at 50 m."""
+    walk = lane(1, (0, 0.0), (50.0, 0.0, 0.04), kind="sidewalk")
+    text = document(road(lanes=section(0.0, walk, lane(-1, (0, 3.5)))))
+    shapes = make_picture(read_text(tmp_path, text), PictureOptions((0.0, -40.0, 160.0, 40.0), 800)).shapes
+    (sidewalk,) = (shape for shape in shapes if isinstance(shape, Polygon) and shape.colour == "#d9c7a3")
+    assert (sidewalk.corners[:, 0].min(), sidewalk.corners[:, 0].max()) == pytest.approx((250.0, 500.0), abs=0.1)
+
+
+def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
+    """A sidewalk past a driveway lies on its lanes, though these are 1 cm higher; what fills gaps does not."""
+    lanes = section(0.0, lane(1, (0, 2.0), kind="shoulder"), lane(-1, (0, 4.0), kind="sidewalk"))
+    text = document(
+        road("1", geometry(LINE, 40.0, y=-2.0), 40.0, junction="9", elevation=cubics("elevation", (0, 0.01))),
+        road("2", geometry(LINE, 40.0, x=20.0, y=-20.0, hdg=math.pi / 2), 40.0, junction="9", lanes=lanes),
+        '<junction id="9" name=""/>',
+    )
+    image = image_of(read_text(tmp_path, text), OPTIONS)
+    assert at(image, 22.0, 0.0) == (0xD9, 0xC7, 0xA3)
+    assert at(image, 19.0, 0.0) == (0x5D, 0x6B, 0x7A)
 
 
 def test_svg_holds_the_same_areas(file: OpenDrive) -> None:

@@ -43,8 +43,10 @@ _CREDIT_LETTER: Final = 0.6
 _MOST_CREDIT_LINES: Final = 4
 # Width of the scale bar at most, as a share of the picture's.
 _BAR_SHARE: Final = 0.16
-# Type of the lanes that close the floor of junctions.
-_FLOOR: Final = "border"
+# Types of the lanes that close the floor of junctions.
+_FLOOR: Final = ("border", "shoulder")
+# Lanes that are narrower have no width, pixels.
+_NO_WIDTH: Final = 1e-3
 # Pixels per metre from which carriageways have edges.
 _EDGES_FROM: Final = 1.5
 _LATITUDE_MOST: Final = 90.0
@@ -99,7 +101,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
             f"the picture would have {options.width:,} x {map_height:,} pixels;"
             " give a smaller --width or a flatter box"
         )
-    strips = _seen(scene, x, y, (west, south, east, north))
+    strips = _seen(file, scene, x, y, (west, south, east, north))
     if not len(strips):
         raise InputError(
             f"{file.path} has no road within --bbox; its roads lie at x and y within {_in_words(_around(x, y))}"
@@ -155,12 +157,27 @@ def _in_words(box: tuple[float, float, float, float]) -> str:
     return ",".join(f"{math.floor(value) if k < 2 else math.ceil(value)}" for k, value in enumerate(box))
 
 
-def _seen(scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, float, float]) -> IntArray:
+def _seen(
+    file: OpenDrive, scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, float, float]
+) -> IntArray:
     """Return the strips that extend into a box, the lowest first."""
     west, south, east, north = _strip_boxes(scene, x, y)
     seen = (east >= box[0]) & (west <= box[2]) & (north >= box[1]) & (south <= box[3])
     rows = np.flatnonzero(seen & (np.diff(scene.lane_start) > 0))
-    return np.asarray(rows[np.lexsort((rows, _heights(scene)[rows]))])
+    return np.asarray(rows[np.lexsort((rows, _levels(file, scene, rows)))])
+
+
+def _levels(file: OpenDrive, scene: Scene, rows: IntArray) -> FloatArray:
+    """Return the heights by which some strips lie over each other, (rows,), m.
+
+    Roads through one junction are one surface: they keep their order, sidewalks round corners behind lanes for cars.
+    """
+    height, junction = _heights(scene)[rows], file.roads.junction[scene.strip_road[rows]]
+    within = np.flatnonzero(junction >= 0)
+    if len(within):
+        _, of = np.unique(junction[within], return_inverse=True)
+        height[within] = (np.bincount(of, height[within]) / np.bincount(of))[of]
+    return height
 
 
 def _strip_boxes(scene: Scene, x: FloatArray, y: FloatArray) -> list[FloatArray]:
@@ -195,8 +212,9 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
             shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
             halves = _halves(heading)
             for a, b in _runs(shades):
-                areas = [Polygon(_band(grid, top, end, a, b), shades[a]) for top, end in halves]
-                if file.lanes.type[int(scene.lane[lane + a])] == _FLOOR:
+                parts = (part for rows in halves for part in _with_width(grid, *rows, a, b))
+                areas = [Polygon(_band(grid, top, end, a, b), shades[a]) for top, end in parts]
+                if file.lanes.type[int(scene.lane[lane + a])] in _FLOOR:
                     floor[:0] = areas
                 else:
                     shapes += areas
@@ -279,6 +297,17 @@ def _halves(heading: FloatArray) -> list[tuple[int, int]]:
     turned = np.cumsum(wrapped(heading[1:] - heading[:-1]))
     turns_back = bool(turned.max(initial=0.0) - turned.min(initial=0.0) > math.pi)
     return [(0, last // 2), (last // 2, last)] if turns_back and last > 1 else [(0, last)]
+
+
+def _with_width(grid: FloatArray, top: int, end: int, left: int, right: int) -> list[tuple[int, int]]:
+    """Return first and last rows of the parts of a strip, from row `top` to `end`, on which lanes have any width.
+
+    The outline of others would be a line on what they lie on.
+    """
+    off = np.abs(grid[top : end + 1, left] - grid[top : end + 1, right]).max(axis=1) > _NO_WIDTH
+    pieces = np.concatenate([[False], off[1:] | off[:-1], [False]])
+    border = np.flatnonzero(pieces[1:] != pieces[:-1])
+    return [(top + first, top + last) for first, last in border.reshape(-1, 2).tolist()]
 
 
 def _band(grid: FloatArray, top: int, bottom: int, left: int, right: int) -> FloatArray:
