@@ -80,3 +80,8 @@ def sections_of(roads: RoadMap) -> tuple[LaneSection, ...]:
 
 def by_id(section: LaneSection) -> dict[int, Lane]:
     return {lane.id: lane for lane in section.lanes}
+
+
+def is_led_on(lane: Lane) -> bool:
+    """Say whether a lane of a connecting road is a sidewalk that leads from one arm to another."""
+    return lane.type is LaneType.SIDEWALK and lane.successor is not None

@@ -235,15 +235,19 @@ def _edges_before(measures: RoadMeasures, road: Road, k: int, s: float) -> dict[
 
 
 def _assert_contact(measures: RoadMeasures, path: Road) -> None:
-    """Check that a connecting road starts and ends in the lanes that it joins; borders may fill corners and gaps."""
+    """Check that a connecting road starts and ends in the lanes that it joins.
+
+    Borders may fill corners and gaps, and sidewalks may end beside it.
+    """
     by_id = {road.id: road for road in measures.map.roads}
     lanes = [lane for lane in path.lane_sections[0].lanes if lane.id]
+    floor = (LaneType.BORDER, LaneType.SHOULDER)
     linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
-    # Cycle tracks may have a verge beside them.
+    # Cycle tracks may have a verge beside them, which is paved where cars cross it.
     types = {lane.type for lane in linked}
-    corner = LaneType.SIDEWALK in types or types == {LaneType.BIKING, LaneType.BORDER}
+    corner = LaneType.SIDEWALK in types or (len(types) == 2 and types < {LaneType.BIKING, *floor})
     assert corner or len(linked) == 1
-    assert all(lane.type in (LaneType.BORDER, LaneType.SHOULDER) for lane in lanes if lane not in linked)
+    assert all(lane.type in {*floor, LaneType.SIDEWALK} for lane in lanes if lane not in linked)
     for own in linked:
         for_both = corner or own.type is LaneType.BIDIRECTIONAL
         assert for_both or (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND)

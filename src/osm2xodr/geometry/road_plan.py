@@ -47,7 +47,14 @@ from osm2xodr.geometry.junctions import (
     with_movements_against_cars,
     without_idle_junctions,
 )
-from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
+from osm2xodr.geometry.margins import (
+    Margins,
+    SidewalkEnds,
+    find_margins,
+    find_sidewalk_ends,
+    lay_out_corners,
+    margins_with_room,
+)
 from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
@@ -104,6 +111,7 @@ class RoadSides:
 
     margins: tuple[Margins, ...]  # Of each road
     corners: ConnectingRoads  # The sidewalks within junctions
+    ends: SidewalkEnds  # Those that end there
     diagnostics: Diagnostics  # What was found meanwhile
 
 
@@ -141,7 +149,8 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     margins = margins_with_room(plan.parts, find_margins(plan.parts), found)
     margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
     report_missing_corners(network, plan.layout, left_out, found)
-    return RoadSides(margins, corners, found)
+    ends = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
+    return RoadSides(margins, corners, ends, found)
 
 
 def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:

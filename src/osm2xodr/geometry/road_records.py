@@ -8,12 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, starts
+from osm2xodr.curves import lengths, owners, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_cubic
-from osm2xodr.geometry.margins import inner_width
+from osm2xodr.geometry.margins import SidewalkEnds, inner_width
 from osm2xodr.geometry.pavement import Floor
 from osm2xodr.model import (
     VEHICLE_LANES,
@@ -253,33 +253,34 @@ def _lanes_through(
     return (LaneSection(0.0, (centre, *lanes) if own < 0 else (*reversed(lanes), centre)),)
 
 
-def with_floor(road_map: RoadMap, first: int, floor: Floor) -> RoadMap:
-    """Return a road map with the floor of junctions beside connecting roads, which begin at road number `first`."""
+def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) -> RoadMap:
+    """Return a road map with the floor of junctions beside connecting roads, which begin at road number `first`.
+
+    Beside lanes without a strip of the floor sidewalks may end.
+    """
     roads = list(road_map.roads)
-    for k in sorted(floor.left.keys() | floor.right.keys()):
+    length = lengths(road_map.plan_view)
+    # Both types of the floor are as high as the lanes for cars beside them (ASAM OpenDRIVE 1.8, 11.7.1).
+    beside: dict[tuple[int, int], list[tuple[LaneType, tuple[Cubic, ...], float]]] = {
+        (k, side): [(LaneType.SHOULDER if k in paved else LaneType.BORDER, strip, 0.0)]
+        for side, widths, paved in ((1, floor.left, floor.paved_left), (-1, floor.right, floor.paved_right))
+        for k, strip in widths.items()
+    }
+    for item, (k, side) in enumerate(zip(ends.row.tolist(), ends.side.tolist(), strict=True)):
+        beside.setdefault((k, side), [*ends.lanes(item, float(length[first + k]))])
+    for k in sorted({k for k, _ in beside}):
         road = roads[first + k]
-        strips = (
-            (LaneType.SHOULDER if k in paved else LaneType.BORDER, widths.get(k))
-            for widths, paved in ((floor.left, floor.paved_left), (floor.right, floor.paved_right))
-        )
-        sections = _with_strips(road.lane_sections, *strips)
-        roads[first + k] = replace(road, lane_sections=sections)
+        section = road.lane_sections[0]
+        outer = [
+            [
+                Lane(lane + side * number, kind, widths, road_mark=NO_MARK, height=height)
+                for number, (kind, widths, height) in enumerate(beside.get((k, side), ()), start=1)
+            ]
+            for lane, side in ((section.lanes[0].id, 1), (section.lanes[-1].id, -1))
+        ]
+        section = LaneSection(section.s, (*reversed(outer[0]), *section.lanes, *outer[1]))
+        roads[first + k] = replace(road, lane_sections=(section,))
     return replace(road_map, roads=tuple(roads))
-
-
-def _with_strips(
-    sections: tuple[LaneSection, ...],
-    left: tuple[LaneType, tuple[Cubic, ...] | None],
-    right: tuple[LaneType, tuple[Cubic, ...] | None],
-) -> tuple[LaneSection, ...]:
-    """Return the lane section of a connecting road with the junction's floor beside its lanes."""
-    lanes = sections[0].lanes
-    # Both types are as high as the lanes for cars beside them (ASAM OpenDRIVE 1.8, 11.7.1).
-    outer = [
-        (Lane(lane, kind, widths, road_mark=NO_MARK),) if widths is not None else ()
-        for lane, (kind, widths) in ((lanes[0].id + 1, left), (lanes[-1].id - 1, right))
-    ]
-    return (LaneSection(sections[0].s, (*outer[0], *lanes, *outer[1])),)
 
 
 def _blend(begin: float, end: float, before: float, after: float) -> tuple[Cubic, ...]:

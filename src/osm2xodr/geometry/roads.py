@@ -118,7 +118,7 @@ def build_roads(
     faces = Faces.of(plan.parts, through)
     enclosed = partial(_is_enclosed, _streets_at(network), plan.layout, through)
     floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout), enclosed)
-    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor))
+    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(_islands(plan, through, floor.islands)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)

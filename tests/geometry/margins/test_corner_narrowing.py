@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings, strategies as st
-from margin_cases import BOTH, WALK, Strips, built
+from margin_cases import BOTH, WALK, Strips, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, width_at
 from street_cases import Case
 
@@ -41,7 +41,7 @@ def joined(roads: RoadMap) -> set[frozenset[int]]:
     return {
         frozenset(by_id[link.id].osm_way_ids[0] for link in (road.predecessor, road.successor) if link)
         for road in roads.roads
-        if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
+        if road.junction is not None and any(is_led_on(lane) for lane in road.lane_sections[0].lanes)
     }
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from junction_cases import CASES
-from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
+from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, curve_length, pose_at, width_at
 from street_cases import Case
 
@@ -38,7 +38,7 @@ def corners(roads: RoadMap) -> list[Road]:
     return [
         road
         for road in roads.roads
-        if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
+        if road.junction is not None and any(is_led_on(lane) for lane in road.lane_sections[0].lanes)
     ]
 
 
@@ -51,7 +51,7 @@ def driven(road: Road) -> list[Lane]:
 
 
 def sidewalk_of(road: Road) -> Lane:
-    (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.SIDEWALK)
+    (lane,) = filter(is_led_on, road.lane_sections[0].lanes)
     return lane
 
 

@@ -13,14 +13,14 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Shares of a path at which it is compared with lanes for cars: every few metres of a corner.
-_PROBES: Final = np.linspace(0.0, 1.0, 9)[1:-1]
+PROBES: Final = np.linspace(0.0, 1.0, 9)[1:-1]
 # A place lies abreast of a curve, not beyond its ends, if its distance is |t| up to this, m.
 _ABREAST: Final = 0.01
 
 
 def at_probes(start: FloatArray, end: FloatArray) -> FloatArray:
     """Return values that change from start to end as a smooth step, (rows,), at all probes, (rows, probes)."""
-    return start[:, None] + (end - start)[:, None] * smooth_step(_PROBES)
+    return start[:, None] + (end - start)[:, None] * smooth_step(PROBES)
 
 
 def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -28,10 +28,10 @@ def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[F
 
     All (rows, probes), m.
     """
-    curve = np.repeat(np.arange(len(rows.length)), len(_PROBES))
-    x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * _PROBES).ravel())
+    curve = np.repeat(np.arange(len(rows.length)), len(PROBES))
+    x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * PROBES).ravel())
     t = at_probes(start, end).ravel()
-    shape = len(rows.length), len(_PROBES)
+    shape = len(rows.length), len(PROBES)
     return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
 
 
@@ -45,20 +45,20 @@ def onto_lanes(
     row, car = _pairs(rows.junction, cars.junction)
     lane = np.minimum(cars.entry_width, cars.exit_width) / 2
     used, place = np.unique(car, return_inverse=True)
-    s = np.linspace(0.0, 1.0, len(_PROBES)) * cars.length[used][:, None]
-    px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(_PROBES)), s.ravel()))
+    s = np.linspace(0.0, 1.0, len(PROBES)) * cars.length[used][:, None]
+    px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(PROBES)), s.ravel()))
     # A curve leaves the box of its probes by less than a quarter of the way between two of them.
-    slack = 0.25 * cars.length[used] / (len(_PROBES) - 1)
+    slack = 0.25 * cars.length[used] / (len(PROBES) - 1)
     widest = half.max(axis=1)
     near = np.ones(len(row), bool)
     for one, other in ((x, px), (y, py)):
         gap = slack[place] + widest[row] + lane[car]
         near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
     row, car = row[near], car[near]
-    _, _, distance = project(cars.plan_view, np.repeat(car, len(_PROBES)), x[row].ravel(), y[row].ravel())
+    _, _, distance = project(cars.plan_view, np.repeat(car, len(PROBES)), x[row].ravel(), y[row].ravel())
     reach = half[row] + lane[car, None]
     out = np.zeros(len(rows.length), bool)
-    out[row[(distance.reshape(-1, len(_PROBES)) < reach).any(axis=1)]] = True
+    out[row[(distance.reshape(-1, len(PROBES)) < reach).any(axis=1)]] = True
     return out
 
 
@@ -68,15 +68,15 @@ def onto_roads(junction: IntArray, parts: RoadParts, x: FloatArray, y: FloatArra
     arms = arms[np.argsort(parts.end_junction.ravel()[arms], kind="stable")]
     path, arm = _pairs(junction, parts.end_junction.ravel()[arms])
     end = arms[arm]
-    road = np.repeat(end // 2, len(_PROBES))
+    road = np.repeat(end // 2, len(PROBES))
     _, t, distance = project(parts.plan_view, road, x[path].ravel(), y[path].ravel())
     sections = {int(k): parts.at_end(int(k)).section for k in np.unique(end)}
-    left = np.repeat([sections[k].left_edge for k in end.tolist()], len(_PROBES))
-    right = np.repeat([sections[k].right_edge for k in end.tolist()], len(_PROBES))
+    left = np.repeat([sections[k].left_edge for k in end.tolist()], len(PROBES))
+    right = np.repeat([sections[k].right_edge for k in end.tolist()], len(PROBES))
     beside = np.abs(distance - np.abs(t)) < _ABREAST
     on = beside & (t < left - defaults.CORNER_ONTO_LANE) & (t > right + defaults.CORNER_ONTO_LANE)
     out = np.zeros(len(junction), bool)
-    out[path[on.reshape(-1, len(_PROBES)).any(axis=1)]] = True
+    out[path[on.reshape(-1, len(PROBES)).any(axis=1)]] = True
     return out
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import takewhile
+from itertools import product, takewhile
 
 import numpy as np
 
@@ -79,6 +79,16 @@ def find_corners(
     return Corners(junction, entry, exit_, Walks.of(first), Walks.of(second), passed)
 
 
+def walks_at(
+    parts: RoadParts, margins: Sequence[Margins], places: Iterable[tuple[int, int]]
+) -> dict[tuple[int, int], Sidewalk]:
+    """Return the sidewalks, or cycle tracks without one, at road ends and sides of their roads."""
+    found = (
+        ((end, side), _sidewalk(parts, margins[end // 2], end, side)) for end, side in places if margins[end // 2]
+    )
+    return {place: walk for place, walk in found if walk is not None}
+
+
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
     """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
     section = parts.at_end(end).section
@@ -106,21 +116,13 @@ def _pairs(
     touched = np.union1d(cars.entry, cars.exit)
     if junctions is not None:
         touched = touched[np.isin(end_junction[touched], junctions)]
-    walks = {
-        (end, side): walk
-        for end in touched.tolist()
-        if margins[end // 2]
-        for side in (1, -1)
-        if (walk := _sidewalk(parts, margins[end // 2], end, side)) is not None
-    }
+    walks = walks_at(parts, margins, product(touched.tolist(), (1, -1)))
     if not walks:
         return
-    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
-    arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
     # Side on which traffic comes in, seen outwards: left with right-hand traffic, right with left-hand traffic.
     incoming = 1 if rule is Rule.RIGHT_HAND else -1
     connected = set(touched.tolist())
-    for junction, around in _arms_in_order(parts, end_junction, arms, incoming):
+    for junction, around in arms_in_order(parts, walks, incoming):
         for k, end in enumerate(around):
             # Road ends run inwards, starts outwards.
             first = walks.get((end, incoming if end % 2 == 0 else -incoming))
@@ -156,14 +158,17 @@ def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
     return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
 
 
-def _arms_in_order(
-    parts: RoadParts, end_junction: IntArray, arms: IntArray, sense: int
-) -> Iterator[tuple[int, list[int]]]:
-    """Yield each junction with its arms in order around its middle, from the arm of the least number on.
+def arms_in_order(parts: RoadParts, walks: Iterable[tuple[int, int]], sense: int) -> Iterator[tuple[int, list[int]]]:
+    """Yield junctions with their arms in order around their middle, from the arm of the least number on.
+
+    They are the junctions of some sidewalks, by the road end and the side of the road.
 
     A pedestrian who keeps to the near side meets them in this order: counter-clockwise with right-hand traffic
     (sense 1), else clockwise (-1).
     """
+    end_junction = parts.end_junction.ravel()
+    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
+    arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
     x, y, hdg = end_poses(parts, arms)
     sections = [parts.at_end(end).section for end in arms.tolist()]
     middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])

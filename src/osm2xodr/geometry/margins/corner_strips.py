@@ -14,8 +14,6 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
 
-# Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
-_NARROWEST_FILLING: Final = 0.05
 # Strips that continue beside the sidewalk where both arms have them.
 _CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
 # Parts of the carriageway beside its lanes, which end where a corner begins.
@@ -52,7 +50,7 @@ def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
         out.append(InnerLane(strip.type, strip.width, beyond.width, strip.height, lane, lane_beyond))
     rest = [[strip for _, strip in walk.inner[len(out) :]] for walk in (one, other)]
     begins, ends = (sum(strip.width for strip in strips) for strips in rest)
-    if max(begins, ends) >= _NARROWEST_FILLING:
+    if max(begins, ends) >= defaults.NARROWEST_FILLING:
         paved = all(item.type in _PAVED and item.height < defaults.SAME_HEIGHT for strips in rest for item in strips)
         kind, height = (LaneType.SHOULDER, 0.0) if paved else (LaneType.BORDER, one.height)
         out.append(InnerLane(kind, begins, ends, height))

@@ -36,6 +36,8 @@ CORNER_SWING: Final = 1.5
 CORNER_SWING_OUT: Final = 3.5
 # How far a sidewalk may reach onto lanes for cars, m. A choice: paths of cars through junctions are guesses, too.
 CORNER_ONTO_LANE: Final = 0.3
+# Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
+NARROWEST_FILLING: Final = 0.05
 # Values of OSM's ``highway`` of arms without sidewalks that sidewalks run past: who leaves these yields, over a
 # lowered kerb (StVO section 10).
 PASSED_HIGHWAYS: Final = ("service", "track")

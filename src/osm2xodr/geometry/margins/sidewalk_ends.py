@@ -1,0 +1,181 @@
+"""Sidewalks that lead nowhere at a junction, as the next arm has none, end along the kerb of its corner."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import curvature_at, pose, smooth_step
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.lanes import smooth_cubic
+from osm2xodr.geometry.margins import defaults
+from osm2xodr.geometry.margins.corner_overlaps import PROBES, onto_lanes, onto_roads
+from osm2xodr.geometry.margins.corner_pairs import arms_in_order, walks_at
+from osm2xodr.geometry.margins.corner_strips import Sidewalk
+from osm2xodr.geometry.margins.strips import Margins
+from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, LaneType, Rule
+
+# Such a sidewalk ends over at most so many metres, those of a turn, or over fewer where it has no room. Choices.
+_LONGEST: Final = (12.0, 6.0, 3.0)
+# Beside an edge that does not lead to that of a carriageway, it ends on this share of the way. A choice.
+_PART: Final = 0.5
+# On this share of its length it is compared with lanes: the rest is as narrow as what lanes may cover. A choice.
+_COMPARED: Final = 0.6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SidewalkEnds:
+    """Sidewalks that become narrower beside the lanes of connecting roads, in a smooth step, until they end, (n,)."""
+
+    row: IntArray  # Index of the connecting road
+    side: IntArray  # The side of it: left 1, right -1
+    at_start: BoolArray  # Whether they come from its start, else from its end
+    # Where they come from: their width, and that of the border between them and the lane, m
+    width: FloatArray
+    gap: FloatArray
+    height: FloatArray  # Above the road, m
+    length: FloatArray  # Over which they end, m
+
+    def chosen(self, keep: BoolArray | IntArray) -> SidewalkEnds:
+        """Return some of them."""
+        return SidewalkEnds(*(getattr(self, item.name)[keep] for item in fields(self)))
+
+    def lanes(self, k: int, road: float) -> Iterator[tuple[LaneType, tuple[Cubic, ...], float]]:
+        """Yield type, widths and height, m, of the lanes of the k-th one, outwards; its road is so long, m."""
+        length, height = min(float(self.length[k]), road), float(self.height[k])
+        for kind, width in ((LaneType.BORDER, float(self.gap[k])), (LaneType.SIDEWALK, float(self.width[k]))):
+            if width < defaults.NARROWEST_FILLING:
+                continue
+            if self.at_start[k]:
+                step, rest = smooth_cubic(0.0, length, width, 0.0), Cubic(length, 0.0)
+            else:
+                rest, step = Cubic(0.0, 0.0), smooth_cubic(road - length, length, 0.0, width)
+            yield kind, tuple(sorted((step, rest), key=lambda part: part.s)) if length < road else (step,), height
+
+
+def find_sidewalk_ends(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads, rule: Rule
+) -> SidewalkEnds:
+    """Return where sidewalks that none of the `corners` joins end within junctions, beside the roads of `cars`."""
+    joined = {
+        (end, lane > 0)
+        for ends, lanes in ((corners.entry, corners.entry_lane), (corners.exit, corners.exit_lane))
+        for end, lane in zip(ends.tolist(), lanes.tolist(), strict=True)
+    }
+    ends = dict.fromkeys(np.union1d(cars.entry, cars.exit).tolist())
+    places = [(end, side) for end in ends for side in (1, -1) if (end, side > 0) not in joined]
+    known = walks_at(parts, margins, places)
+    walks = {place: walk for place, walk in known.items() if walk.type is LaneType.SIDEWALK}
+    incoming = 1 if rule is Rule.RIGHT_HAND else -1
+    rings = arms_in_order(parts, walks, incoming) if walks else ()
+    connected = [[end for end in arms if end in ends] for _, arms in rings]
+    # Seen from each arm, the next one in that order and in the other one.
+    following = {end: (arms[k + 1 - len(arms)], arms[k - 1]) for arms in connected for k, end in enumerate(arms)}
+    edges = _edges(cars, np.array([end for end, _ in walks], np.int64))
+    found: list[tuple[_Edge, Sidewalk, float]] = []
+    for (end, side), walk in walks.items():
+        if following[end][0] == end:
+            continue
+        # Road ends run inwards, starts outwards.
+        ahead = side == (incoming if end % 2 == 0 else -incoming)
+        found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
+    return _that_fit(found, parts, cars)
+
+
+@dataclass(frozen=True, slots=True)
+class _Edge:
+    """An edge of a connecting road's lane where that touches a road end."""
+
+    row: int
+    side: int  # Which edge: left 1, right -1, in its own direction
+    at_start: bool  # Whether it is its start
+    t: float  # On the road that it touches, m
+    other: int  # The road end at its other end
+
+
+def _edges(cars: ConnectingRoads, ends: IntArray) -> dict[tuple[int, int], list[_Edge]]:
+    """Return the edges of lanes at some road ends, (n,), by the end and the side of its road."""
+    out: dict[tuple[int, int], list[_Edge]] = {}
+    both = (
+        (cars.entry, cars.entry_t, cars.entry_width, cars.exit),
+        (cars.exit, cars.exit_t, cars.exit_width, cars.entry),
+    )
+    for at_start, columns in zip((True, False), both, strict=True):
+        rows = np.flatnonzero(np.isin(columns[0], ends))
+        values = (column[rows].tolist() for column in columns)
+        for row, end, t, width, other in zip(rows.tolist(), *values, strict=True):
+            for side in (1, -1):
+                along = (end % 2 == 1) == at_start
+                edge = _Edge(row, side if along else -side, at_start, t + side * width / 2, other)
+                out.setdefault((end, side), []).append(edge)
+    return out
+
+
+def _nearest(
+    walk: Sidewalk, edges: Iterable[_Edge], arm: int, parts: RoadParts, cars: ConnectingRoads
+) -> list[tuple[_Edge, Sidewalk, float]]:
+    """Return the edge beside a sidewalk that leads to an arm, nearest to its kerb, and the width between, m."""
+    side = 1 if walk.lane > 0 else -1
+    kerb = walk.t - side * walk.width / 2
+    inner = sum(strip.width for _, strip in walk.inner)
+    beside = [
+        (edge, walk, side * (kerb - edge.t))
+        for edge in edges
+        if edge.other == arm and abs(side * (kerb - edge.t) - inner) < defaults.CORNER_ONTO_LANE
+    ]
+    return sorted(beside, key=lambda item: _off_kerb(item[0], parts, cars))[:1]
+
+
+def _that_fit(
+    found: Sequence[tuple[_Edge, Sidewalk, float]], parts: RoadParts, cars: ConnectingRoads
+) -> SidewalkEnds:
+    """Return the sidewalks that have room beside edges of lanes, each as long as it has."""
+    row, side = (np.array([getattr(edge, k) for edge, *_ in found], np.int64) for k in ("row", "side"))
+    at_start = np.array([edge.at_start for edge, *_ in found], bool)
+    width, gap, height = np.array([(walk.width, gap, walk.height) for _, walk, gap in found]).reshape(-1, 3).T
+    gap = np.where(gap < defaults.NARROWEST_FILLING, 0.0, gap)
+    off = np.array([_off_kerb(edge, parts, cars) for edge, *_ in found])
+    whole = off < defaults.CORNER_ONTO_LANE
+    most = cars.length[row] * np.where(whole, 1.0, _PART)
+    ends = SidewalkEnds(row, side, at_start, width, gap, height, most)
+    good = np.zeros(len(row), bool)
+    for longest in _LONGEST:
+        ends = replace(ends, length=np.where(good, ends.length, np.minimum(most, longest)))
+        tried = np.flatnonzero(~good)
+        good[tried] = _have_room(ends.chosen(tried), parts, cars)
+    return ends.chosen(good)
+
+
+def _off_kerb(edge: _Edge, parts: RoadParts, cars: ConnectingRoads) -> float:
+    """Return how far from that of the carriageway the edge of a lane is where it leads to, m."""
+    t, width = (cars.exit_t, cars.exit_width) if edge.at_start else (cars.entry_t, cars.entry_width)
+    section = parts.at_end(edge.other).section
+    side = edge.side if (edge.other % 2 == 0) == edge.at_start else -edge.side
+    kerb = section.left_edge if side > 0 else section.right_edge
+    return abs(float(t[edge.row]) + side * float(width[edge.row]) / 2 - kerb)
+
+
+def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> BoolArray:
+    """Say which sidewalks neither fold, nor lie on lanes, (n,)."""
+    rows = cars.at_rows(ends.row)
+    share = ends.length[:, None] * PROBES / rows.length[:, None]
+    share = np.where(ends.at_start[:, None], share, 1.0 - share)
+    lane = rows.entry_width[:, None] + (rows.exit_width - rows.entry_width)[:, None] * smooth_step(share)
+    left = 1.0 - smooth_step(PROBES)
+    inner = lane / 2 + ends.gap[:, None] * left
+    outer = inner + ends.width[:, None] * left
+    curve, s = np.repeat(np.arange(len(share)), len(PROBES)), (share * rows.length[:, None]).ravel()
+    bend = ends.side[:, None] * curvature_at(rows.plan_view, curve, s).reshape(share.shape)
+    folds = (bend * (outer + defaults.CORNER_EDGE_RADIUS) > 1.0).any(axis=1)
+    x, y, hdg = (item.reshape(share.shape) for item in pose(rows.plan_view, curve, s))
+    t = ends.side[:, None] * (inner + outer) / 2
+    # Behind that, the first place counts again.
+    at = np.where(PROBES <= _COMPARED, np.arange(len(PROBES)), 0)
+    x, y = (x - t * np.sin(hdg))[:, at], (y + t * np.cos(hdg))[:, at]
+    return np.asarray(
+        ~folds & ~onto_lanes(rows, cars, x, y, np.zeros_like(x)) & ~onto_roads(rows.junction, parts, x, y)
+    )
