@@ -183,6 +183,22 @@ def test_sidewalks_run_on_past_driveways_without_any(rule: Rule, highway: str) -
 
 
 @EITHER
+def test_driveways_are_paved_where_they_cross_a_verge(rule: Rule) -> None:
+    ways = {way: (nodes, f"lanes=2 width=6 {tags}") for way, (nodes, tags) in T.ways.items()}
+    ways[3] = ways[3][0], "lanes=2 width=6 highway=service"
+    verges = ((VERGE, WALK), (VERGE, WALK))
+    roads = built(Case(T.nodes, ways), {1: verges, 2: verges}, rule)
+    assert_sound(roads)
+    # Beside the sidewalk that runs past the driveway, and beside that on the other side of the street.
+    between = {
+        sidewalk_of(road).height: [(lane.type, lane.height, width_at(lane.widths, 0.0)) for lane in inner]
+        for road in corners(roads)
+        if (inner := [lane for lane in road.lane_sections[0].lanes if abs(lane.id) == 1])
+    }
+    assert between == {0.0: [(LaneType.SHOULDER, 0.0, 1.0)], 0.12: [(LaneType.BORDER, 0.12, 1.0)]}
+
+
+@EITHER
 @pytest.mark.parametrize("side_street", [(), (WALK,)], ids=["bare", "with sidewalks"])
 def test_cycle_tracks_lead_straight_on_past_other_streets(rule: Rule, side_street: Strips) -> None:
     """Ways 1 and 2 run from west to east, 3 and 4 cross them."""

@@ -24,7 +24,7 @@ from osm2xodr.curves import (
     smooth_step,
     wrapped,
 )
-from osm2xodr.geometry.connections import ConnectingRoads, connect
+from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, connect
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import at_probes, onto_lanes, onto_roads, probes
@@ -253,10 +253,15 @@ def _as_rows(corners: Corners, beside: _Beside, cars: ConnectingRoads, parts: Ro
         lane_type=tuple(walk.type for walk in first.walks),
         access=(Access.ALL,) * count,
         inner=tuple(
-            tuple(replace(lane, height=0.0) for lane in lanes) if low else lanes
+            tuple(_crossed_by_cars(lane) for lane in lanes) if low else lanes
             for low, lanes in zip(corners.past.tolist(), map(between, first.walks, last.walks), strict=True)
         ),
     )
+
+
+def _crossed_by_cars(lane: InnerLane) -> InnerLane:
+    """Return a lane beside the sidewalk as it is where a driveway crosses it: low, and paved."""
+    return replace(lane, height=0.0, type=LaneType.SHOULDER if lane.type is LaneType.BORDER else lane.type)
 
 
 def _folds(rows: ConnectingRoads) -> BoolArray:
