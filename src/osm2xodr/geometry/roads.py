@@ -115,7 +115,7 @@ def build_roads(
         on_lanes(road_map)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
-    faces = Faces.of(plan.parts, through)
+    faces = Faces.of(plan.parts, through, network.rule)
     enclosed = partial(_is_enclosed, _streets_at(network), plan.layout, through)
     floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout), enclosed)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)

@@ -110,7 +110,7 @@ def test_end_faces_are_where_half_of_a_carriageway_ends() -> None:
     end, lane, t = np.array([1]), np.array([-1]), np.array([-1.5])
     one = connecting([(10.0, -1.5, 22.0, -1.5)], [4])
     right = replace(one, entry=end, exit=end, entry_lane=lane, exit_lane=lane, entry_t=t, exit_t=t)
-    faces = Faces.of(parts, right)
+    faces = Faces.of(parts, right, Rule.RIGHT_HAND)
     assert set(faces.junction.tolist()) == {4}
     assert (faces.end.tolist(), faces.left.tolist(), faces.right.tolist()) == ([1], [3.0], [-3.0])
     assert faces.lines.tolist() == [
@@ -118,7 +118,14 @@ def test_end_faces_are_where_half_of_a_carriageway_ends() -> None:
         pytest.approx([9.85, 3.0, 19.0, 0.0]),
     ]
     whole = replace(right, entry_t=zero, exit_t=zero, entry_width=zero + 6.0, exit_width=zero + 6.0)
-    assert not len(Faces.of(parts, whole).lines)
+    assert not len(Faces.of(parts, whole, Rule.RIGHT_HAND).lines)
+    # Parking of 2 m ends between the carriageway and a sidewalk of 3 m that goes on.
+    walk = replace(right, entry_t=zero + 6.5, exit_t=zero + 6.5, lane_type=(LaneType.SIDEWALK,))
+    beside = Faces.of(parts, whole.joined(walk), Rule.RIGHT_HAND)
+    assert beside.lines.tolist() == [pytest.approx([9.85, 2.6, 9.85, 5.4])]
+    assert not len(beside.end)
+    at_kerb = replace(walk, entry_t=zero + 4.5, exit_t=zero + 4.5)
+    assert not len(Faces.of(parts, whole.joined(at_kerb), Rule.RIGHT_HAND).lines)
 
 
 def test_lanes_of_two_junctions_enclose_nothing() -> None:

@@ -12,7 +12,8 @@ from osm2xodr.curves import ranks, rays_to_segments, starts
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.pavement import defaults
-from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.geometry.pavement.cross_sections import LaneEdges
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
 
 # Distance of places on end faces, as a share of a cell's size: none is missed.
 _PLACES_PER_CELL: Final = 0.5
@@ -53,10 +54,11 @@ class Faces:
         return cls(none, nowhere, nowhere, np.zeros((0, 4)), none, nowhere, nowhere)
 
     @classmethod
-    def of(cls, parts: RoadParts, roads: ConnectingRoads) -> Faces:
+    def of(cls, parts: RoadParts, roads: ConnectingRoads, rule: Rule) -> Faces:
         """Return the end faces of carriageways with a stretch that no connecting road for cars goes on from.
 
-        Before a stretch at a side without sidewalk the pavement becomes narrower along the connecting road.
+        Before a stretch at a side without sidewalk the pavement becomes narrower along the connecting road. What ends
+        between a carriageway and a sidewalk that goes on has an end face, too.
         """
         cars = roads.for_vehicles()
         junction = dict(zip(_both(roads.entry, roads.exit), _both(roads.junction, roads.junction), strict=True))
@@ -74,6 +76,7 @@ class Faces:
                 if room >= defaults.FACE_LEAST_OPEN and (at, side) not in walks:
                     edge = left if side > 0 else right
                     found.append((at, -_BEHIND, _TAPER * room, edge, edge - side * room))
+        found += _beside(parts, roads, LaneEdges.of(roads, rule), ~cars)
         if not found:
             return cls.none()
         ends, *columns = zip(*found, strict=True)
@@ -92,8 +95,8 @@ class Faces:
         begin = starts(count)
         first, last = begin[:-1], begin[1:] - 1
         lines = np.column_stack([px[first], py[first], px[last], py[last]])
-        ended, highest, lowest = (np.array(column) for column in zip(*open_, strict=True))
-        return cls(numbers[row], px, py, lines, ended, highest, lowest)
+        ended, (highest, lowest) = [at for at, *_ in open_], np.array([t for _, *t in open_]).reshape(-1, 2).T
+        return cls(numbers[row], px, py, lines, np.array(ended, np.int64), highest, lowest)
 
     def meet(self, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, reach: FloatArray) -> FloatArray:
         """Return how far from x, y in a direction they lie, near `reach`, which stays where none is near, (n,), m."""
@@ -103,6 +106,36 @@ class Faces:
         best = off.argmin(axis=1)[:, None]
         found = np.take_along_axis(off, best, axis=1)[:, 0] < _NEAR
         return np.asarray(np.where(found, np.take_along_axis(far, best, axis=1)[:, 0], reach))
+
+
+def _beside(
+    parts: RoadParts, roads: ConnectingRoads, edges: LaneEdges, walks: BoolArray
+) -> list[tuple[int, float, float, float, float]]:
+    """Return the end faces between carriageways and the lanes of some connecting roads, (roads,), beside them.
+
+    Each is a road end and u and t, m, where it begins and ends.
+    """
+    nearest: dict[tuple[int, int], float] = {}
+    for inwards, columns in (
+        (1, (roads.entry, roads.entry_t, edges.left_start, edges.right_start)),
+        (0, (roads.exit, roads.exit_t, edges.left_end, edges.right_end)),
+    ):
+        end, middle, left, right = (column[walks] for column in columns)
+        same = end % 2 == inwards
+        low, high = middle + np.where(same, right, -left), middle + np.where(same, left, -right)
+        for at, first, last in zip(end.tolist(), low.tolist(), high.tolist(), strict=True):
+            section = parts.at_end(at).section
+            if first > section.left_edge:
+                nearest[at, 1] = min(nearest.get((at, 1), np.inf), first - section.left_edge)
+            elif last < section.right_edge:
+                nearest[at, -1] = min(nearest.get((at, -1), np.inf), section.right_edge - last)
+    out = []
+    for (at, side), gap in nearest.items():
+        if gap >= defaults.GAP_CELL:
+            section = parts.at_end(at).section
+            edge = section.left_edge if side > 0 else section.right_edge
+            out.append((at, -_BEHIND, -_BEHIND, edge - side * _BEYOND, edge + side * (gap + _BEYOND)))
+    return out
 
 
 def _both(one: IntArray, other: IntArray, rows: BoolArray | None = None) -> list[int]:
