@@ -85,8 +85,12 @@ def test_lanes_without_width_are_not_drawn(tmp_path: Path) -> None:
 
 
 def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
-    """A sidewalk past a driveway lies on its lanes, though these are 1 cm higher; what fills gaps does not."""
-    lanes = section(0.0, lane(1, (0, 2.0), kind="shoulder"), lane(-1, (0, 4.0), kind="sidewalk"))
+    """A sidewalk past a driveway lies on its lanes, though these are 1 cm higher; what fills gaps does not.
+
+    A verge at the height of the sidewalk is no filling.
+    """
+    verge = lane(2, (0, 2.0), kind="border", more='<height sOffset="0" inner="0.12" outer="0.12"/>')
+    lanes = section(0.0, verge + lane(1, (0, 2.0), kind="shoulder"), lane(-1, (0, 4.0), kind="sidewalk"))
     text = document(
         road("1", geometry(LINE, 40.0, y=-2.0), 40.0, junction="9", elevation=cubics("elevation", (0, 0.01))),
         road("2", geometry(LINE, 40.0, x=20.0, y=-20.0, hdg=math.pi / 2), 40.0, junction="9", lanes=lanes),
@@ -95,6 +99,7 @@ def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
     image = image_of(read_text(tmp_path, text), OPTIONS)
     assert at(image, 22.0, 0.0) == (0xD9, 0xC7, 0xA3)
     assert at(image, 19.0, 0.0) == (0x5D, 0x6B, 0x7A)
+    assert at(image, 17.0, 0.0) == at(image, 17.0, 15.0) != (0x5D, 0x6B, 0x7A)
 
 
 def test_svg_holds_the_same_areas(file: OpenDrive) -> None:

@@ -214,7 +214,7 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
             for a, b in _runs(shades):
                 parts = (part for rows in halves for part in _with_width(grid, *rows, a, b))
                 areas = [Polygon(_band(grid, top, end, a, b), shades[a]) for top, end in parts]
-                if file.lanes.type[int(scene.lane[lane + a])] in _FLOOR:
+                if _is_floor(file, int(scene.lane[lane + a])):
                     floor[:0] = areas
                 else:
                     shapes += areas
@@ -231,6 +231,11 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
         if stretches := list(zip(gaps.begin[rows_of_road].tolist(), gaps.end[rows_of_road].tolist(), strict=True)):
             shapes += hatch_lines(grid, scene.s[first + np.array(rows)], stretches, scale)
     return layers
+
+
+def _is_floor(file: OpenDrive, lane: int) -> bool:
+    """Say whether a lane of a connecting road, by its row, only closes the floor: it is no higher than the road."""
+    return file.lanes.type[lane] in _FLOOR and not file.lanes.height[lane].any()
 
 
 def _add_furniture(
