@@ -122,7 +122,7 @@ def plan_roads(
 
     `side_by_side`: only what lies near a street shapes it, so that areas side by side agree.
     """
-    fitted = fit_streets(network, diagnostics)
+    fitted = fit_streets(network, diagnostics, spirals=options.plan == SPIRALS)
     if options.plan == SPIRALS:
         fitted = smooth_streets(network, fitted, chained=not side_by_side, jobs=jobs)
         report_corners(fitted, diagnostics)

@@ -13,6 +13,11 @@ from typing import Final
 # that ``width:lanes`` gives for a lane itself are believed within wider limits, the narrow ones not for cars.
 LANE_WIDTH_MIN: Final = 2.0
 LANE_WIDTH_MAX: Final = 5.5
+# From so many lanes on, each is narrower: 14 feet are the widest outside lane that bicycles share (AASHTO, Guide for
+# the Development of Bicycle Facilities, 2012). Of 20 such carriageways with kerbs all along in Berlin and Nuremberg
+# 17 have 2.8 to 4.4 m for each lane, parked cars included, the others 5 to 6 m on the ring of a square.
+LANES_ABREAST: Final = 3
+LANE_WIDTH_ABREAST_MAX: Final = 4.25
 TAGGED_LANE_WIDTH_MIN: Final = 0.5
 TAGGED_LANE_WIDTH_MAX: Final = 10.0
 # Where OSM gives more widths than lanes for cars, lanes narrower than this are for bicycles, m (RASt 06: lanes for

@@ -56,7 +56,7 @@ def _moved_line(
     first = Stretch(0.0, 90.0, lanes, section, (1,))
     edges = [begin, *borders[1:], end]
     second = tuple(Stretch(one - begin, other - begin, lanes, section, (2,)) for one, other in pairwise(edges))
-    fitted = FittedStreets(plan, (((0.0, lanes, section),), pieces), np.zeros(2))
+    fitted = FittedStreets(plan, (((0.0, lanes, section),), pieces), np.zeros(2), np.zeros(2, bool))
     length = np.array([90.0, end - begin])
     parts = RoadParts(
         plan_view=plan,

@@ -197,7 +197,7 @@ def cut_ring(*lanes_from: tuple[float, str]) -> RoadParts:
         np.full(n, step),
         np.full(n, 1 / _RADIUS),
     )
-    return cut_roads(stages.network, FittedStreets(plan, (pieces,), np.zeros(1)), stages.layout)
+    return cut_roads(stages.network, FittedStreets(plan, (pieces,), np.zeros(1), np.zeros(1, bool)), stages.layout)
 
 
 def spans(parts: RoadParts) -> list[list[tuple[object, ...]]]:
@@ -344,7 +344,9 @@ def test_lanes_change_clear_of_tight_bends(border: float, moved: bool) -> None:
     one, other = (cross_section(item, Rule.RIGHT_HAND) for item in (narrow, wide))
     plain = ((0.0, narrow, one), (45.0, wide, other))
     bent = ((0.0, narrow, one), (8.0, wide, other), (border, narrow, one), (55.0, wide, other))
-    parts = cut_roads(stages.network, FittedStreets(plan, (plain, plain[:1], bent), np.zeros(3)), stages.layout)
+    parts = cut_roads(
+        stages.network, FittedStreets(plan, (plain, plain[:1], bent), np.zeros(3), np.zeros(3, bool)), stages.layout
+    )
     assert parts.pieces[0] is plain
     assert parts.pieces[1] == plain[:1]
     found = parts.pieces[2]

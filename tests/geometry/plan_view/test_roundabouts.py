@@ -9,6 +9,7 @@ import pytest
 from road_measures import Pose, RoadMeasures, assert_smooth, assert_sound, curve_length, pose_at, records
 from street_cases import Case
 
+from osm2xodr.curves import end_curvature
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
@@ -16,6 +17,8 @@ from osm2xodr.model import Rule, StreetNetwork
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 RING_WAY = 50
+# Spirals that are arcs within 1e-6 rad at either end are written as such.
+_SPIRAL_AS_ARC = 2e-6
 Nodes = list[tuple[float, float]]
 
 
@@ -61,7 +64,7 @@ def assert_one_smooth_ring(network: StreetNetwork, fitted: FittedStreets) -> Non
     heading: dict[int, list[Pose]] = {}
     place: dict[int, list[Pose]] = {}
     for street in network.streets:
-        assert_smooth(fitted.plan_view, street.id)
+        assert_smooth(fitted.plan_view, street.id, turn=_SPIRAL_AS_ARC)
         for node, pose in zip((street.start, street.end), ends(fitted, street.id), strict=True):
             place.setdefault(node, []).append(pose)
             if street.pieces[0][1].roundabout:
@@ -123,6 +126,32 @@ def test_an_oval_bends_to_one_side_only(rule: Rule, noise: float) -> None:
     assert 1 / found.max() == pytest.approx(8.2, rel=0.3)
     assert_one_smooth_ring(network, fitted)
     assert max(distances_to_nodes(network, fitted)) < defaults.RING_TOLERANCE + 0.02
+
+
+@EITHER
+def test_curvature_is_continuous_all_along_an_oval(rule: Rule) -> None:
+    """Between its records, and from the last street to the first; an ellipse's runs from b/a² to a/b²."""
+    network, fitted, _ = fitted_case(roundabout(on_ellipse(24.0, 14.0, 24), (0, 5, 11, 17)), rule)
+    plan, streets = fitted.plan_view, np.array(ring_streets(network))
+    begin, end = plan.curvature, end_curvature(plan)
+    first, last = plan.start[streets], plan.start[streets + 1] - 1
+    inner = np.concatenate([np.arange(a, b) for a, b in zip(first.tolist(), last.tolist(), strict=True)])
+    assert np.abs(end[inner] - begin[inner + 1]).max() < 1e-6
+    # Streets run with the traffic, one after the other.
+    at_node = {network.streets[k].start: k for k in streets.tolist()}
+    follows = plan.start[[at_node[network.streets[k].end] for k in streets.tolist()]]
+    assert np.abs(end[last] - begin[follows]).max() < 1e-6
+    side = 1.0 if rule is Rule.RIGHT_HAND else -1.0
+    at = side * begin[np.append(inner, last)]
+    assert at.min() == pytest.approx(14 / 24**2, rel=0.3)
+    assert at.max() == pytest.approx(24 / 14**2, rel=0.2)
+
+
+def test_plan_views_of_arcs_have_no_spirals_in_rings_either() -> None:
+    network = roundabout(on_ellipse(24.0, 14.0, 18), (0, 5, 9, 14)).stages(Rule.RIGHT_HAND).network
+    arcs, spirals = (fit_streets(network, Diagnostics(), spirals=k).plan_view for k in (False, True))
+    assert not arcs.rate.any()
+    assert spirals.rate.any()
 
 
 def test_a_waist_stays_a_waist() -> None:

@@ -123,6 +123,15 @@ def test_what_lies_along_the_street_moves_with_it() -> None:
     assert math.hypot(place.x - x, place.y - y) < defaults.CORNER_CUT
 
 
+def test_a_wide_carriageway_moves_off_its_corner() -> None:
+    """Lanes of 12 m turn by 110 degrees at one node: an arc of r = 6.5 m passes it at r (1/cos 55° - 1) = 4.8 m."""
+    nodes = bent((0, 60), (110, 60))
+    fitted, line, diagnostics = street(nodes, "highway=residential lanes=4 width=12", Rule.RIGHT_HAND)
+    assert smallest_radius(fitted.plan_view)[0] == pytest.approx(6.0 + INNER_EDGE_RADIUS, abs=1e-9)
+    assert farthest(fitted, line) < 6.5 * (1 / math.cos(math.radians(55)) - 1)
+    assert [item.code for item in diagnostics] == []
+
+
 def test_a_bend_without_room_is_reported() -> None:
     """Thirteen metres of carriageway turn back within one of ten."""
     nodes = bent((0, 40), (90, 5), (90, 40))

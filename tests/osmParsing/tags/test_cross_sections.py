@@ -369,6 +369,9 @@ ANGLED = "parking:{0}=lane parking:{0}:orientation=perpendicular"
         (7.5, -7.5, "", [5.5, 5.5], 0.0),
         (8.0, -8.0, "", [3.0, 3.0], 0.0),
         (8.0, -8.0, "lanes=4", [4.0, 4.0, 4.0, 4.0], 0.0),
+        # 21 m are 4 lanes of 4.25 m and parked cars, 22 m are something else: lanes abreast are narrower than two.
+        (10.5, -10.5, "lanes=4", [5.25, 5.25, 5.25, 5.25], 0.0),
+        (11.0, -11.0, "lanes=4", [3.0, 3.0, 3.0, 3.0], 0.0),
     ],
 )
 def test_kerbs(left: float | None, right: float | None, tags: str, widths: list[float], middle: float) -> None:

@@ -74,7 +74,7 @@ def shift_lines_out_of_bends(
     trim = layout.trim.copy()
     trim[2 * moved] = _station(old, plan, moved, trim[2 * moved], aside)
     trim[2 * moved + 1] = after - _station(old, plan, moved, before - trim[2 * moved + 1], aside)
-    return FittedStreets(plan, tuple(pieces), aside), replace(layout, trim=trim)
+    return replace(fitted, plan_view=plan, pieces=tuple(pieces), aside=aside), replace(layout, trim=trim)
 
 
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:

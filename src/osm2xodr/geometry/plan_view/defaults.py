@@ -19,9 +19,9 @@ SIMPLIFY_TOLERANCE: Final = 0.2
 CORNER_CUT: Final = 0.5
 CORNER_CUT_MAX: Final = 2.0
 CORNER_CUT_HAIRPIN: Final = 6.0
-# How far the line may move so that the inner edge of a carriageway keeps its radius in a bend, m. A choice: nodes in
-# bends are a metre or two off, hairpins of few nodes more.
-BEND_SHIFT_MAX: Final = 2.5
+# How far the line may move so that the inner edge of a carriageway keeps its radius in a bend, m. A choice: as far as
+# hairpins of few nodes are cut. Else lanes fold over themselves, and nobody can drive on them.
+BEND_SHIFT_MAX: Final = CORNER_CUT_HAIRPIN
 
 # ---------------------------------------------------------------- continuous curvature
 

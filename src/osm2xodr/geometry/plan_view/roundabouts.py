@@ -7,7 +7,7 @@ and then cut into the curves of its streets; the ends of other streets that join
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Final
 
@@ -26,6 +26,7 @@ from osm2xodr.curves import (
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
+from osm2xodr.geometry.plan_view.smooth_curves import spirals_through
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
 
 # How far a circle may lie off the line between two nodes of a ring, m (one of 12 m drawn with four nodes is 3.5 m
@@ -36,6 +37,9 @@ _RING_OFF_LINE: Final = 1.0
 _RING_TURN_MIN: Final = 2.09
 # Over this length of a street that joins a ring the line follows its end, which moves onto the ring, m. A choice.
 _RING_ARM_BLEND: Final = 15.0
+# Laps of a closed curve of spirals: what its ends do to it is 0.27 times as much at each place where spirals meet, so
+# 1e-11 after one lap of the fewest. Numerics.
+_LAPS: Final = 3
 # Intersections this near to the border of two arcs move onto it, m, so that no sliver is left between.
 _SLIVER: Final = 0.1
 
@@ -59,8 +63,11 @@ class _Chain:
     closed: bool  # Whether the last leads to the first
 
 
-def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
-    """Fit the rings of a network; rings that are not smooth curves are reported and left out."""
+def fit_rings(network: StreetNetwork, diagnostics: Diagnostics, *, spirals: bool = True) -> FittedRings:
+    """Fit the rings of a network; rings that are not smooth curves are reported and left out.
+
+    With `spirals` rings that are not circles have continuous curvature; else they are arcs.
+    """
     streets: list[int] = []
     stations: list[FloatArray] = []
     moved: dict[int, FloatArray] = {}
@@ -69,7 +76,7 @@ def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
         points, first = _points(network, chain)
         if not chain.closed and abs(turns_of(points, False).sum()) < _RING_TURN_MIN:
             continue
-        found = _fitted(points, chain.closed)
+        found = _fitted(points, chain.closed, spirals)
         if found is None:
             way = network.streets[chain.legs[0][0]].pieces[0][1].osm_way_id
             text = "the ring is neither a circle nor a smooth curve, its streets are drawn one by one"
@@ -167,7 +174,7 @@ def _points(network: StreetNetwork, chain: _Chain) -> tuple[FloatArray, list[int
 # ---------------------------------------------------------------- their curve
 
 
-def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
+def _fitted(points: FloatArray, closed: bool, spirals: bool) -> tuple[PlanView, FloatArray] | None:
     """Return the curve of a ring and s of its nodes, and of the first again if it is closed; None without one."""
     middle = points.mean(axis=0)
     own = points - middle
@@ -180,13 +187,33 @@ def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
         found = fit_arcs(line[:-1] if closed else line, closed)
         if found is None:
             return None
-        found = found[0], found[1][node[: len(points)]]
+        plan, s = _with_spirals(found[0], closed, found[1]) if spirals else found
+        found = plan, s[node[: len(points)]]
     plan, s = found
     s = np.append(s, plan.length.sum()) if closed else s
     if (np.diff(s) <= 0).any():
         return None
     plan = replace(plan, x=plan.x + middle[0], y=plan.y + middle[1])
     return plan, s
+
+
+def _with_spirals(plan: PlanView, closed: bool, s: FloatArray) -> tuple[PlanView, FloatArray]:
+    """Return a curve of spirals that passes the places where the arcs of another meet, and places s along it, m.
+
+    A closed curve goes round `_LAPS` times, so that the lap in the middle does not feel the ends.
+    """
+    arcs, laps = len(plan.s), _LAPS if closed else 1
+    turn = float(plan.hdg[-1] + plan.curvature[-1] * plan.length[-1] - plan.hdg[0])
+    end_x, end_y, _ = pose(plan, np.array([0]), plan.length.sum(keepdims=True))
+    x, y = (np.append(np.tile(own, laps), end) for own, end in ((plan.x, end_x), (plan.y, end_y)))
+    hdg = np.append((plan.hdg + turn * np.arange(laps)[:, None]).ravel(), plan.hdg[0] + turn * laps)
+    every, _ = spirals_through(x, y, hdg, np.array([0, len(x)]))
+    lap = slice(laps // 2 * arcs, (laps // 2 + 1) * arcs)
+    columns = {item.name: getattr(every, item.name)[lap] for item in fields(PlanView)[1:]}
+    columns |= {"s": columns["s"] - columns["s"][0], "hdg": columns["hdg"] - turn * (laps // 2)}
+    new = PlanView(plan.start, **columns)
+    old, borders = (np.append(item.s, item.length.sum()) for item in (plan, new))
+    return new, np.interp(s, old, borders)
 
 
 def _sides(outline: FloatArray, most: float) -> BoolArray:

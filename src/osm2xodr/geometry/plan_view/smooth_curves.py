@@ -141,7 +141,7 @@ def _smooth(plan: PlanView, held: BoolArray, nodes: OnCurves, corners: OnCurves)
     # Both may count full circles differently.
     points.hdg[ends] += wrapped(before.hdg[ends] - points.hdg[ends])
     first = np.searchsorted(knot, points.start)
-    curves, step = _through(points, knot, first)
+    curves, step = spirals_through(points.x[knot], points.y[knot], points.hdg[knot], first)
     good, worst = _faults(before, points, knot, first, curves, step, 1.0 / smallest_radius(plan))
     whole = lengths(curves)
     after = np.empty(len(knot))
@@ -210,14 +210,15 @@ def _knots(points: FinePoints, curvature: FloatArray, room: FloatArray) -> IntAr
         s, bend, hdg = s[kept], bend[kept], hdg[kept]
 
 
-def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanView, FloatArray]:
-    """Return spirals through knots, and the step of curvature at each knot, (knots,), 1/m.
+def spirals_through(x: FloatArray, y: FloatArray, hdg: FloatArray, first: IntArray) -> tuple[PlanView, FloatArray]:
+    """Return spirals through knots, all (knots,), m and rad, and the step of curvature at each knot, (knots,), 1/m.
 
-    Unknown are the headings at inner knots: Newton's method with the matrix of a cubic spline, which is that of
-    spirals that turn little. `first` holds each curve's first knot, (curves + 1,).
+    Headings, continuous along each curve, hold at its ends and are first guesses at inner knots. Found there by
+    Newton's method with the matrix of a cubic spline, which is that of spirals that turn little. `first` holds each
+    curve's first knot, (curves + 1,).
     """
-    every = _Knots.of(points.x[knot], points.y[knot], points.hdg[knot], first)
-    part, row = every, np.arange(len(knot))
+    every = _Knots.of(x, y, hdg, first)
+    part, row = every, np.arange(len(x))
     for _ in range(_HEADING_ROUNDS):
         spirals = part.spirals()
         change = part.change(spirals)

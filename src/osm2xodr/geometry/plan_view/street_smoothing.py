@@ -79,14 +79,13 @@ _COLUMNS: Final = tuple(item.name for item in fields(Parts))
 def smooth_streets(
     network: StreetNetwork, fitted: FittedStreets, *, chained: bool = True, jobs: int = 1
 ) -> FittedStreets:
-    """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay.
+    """Return the streets with curves of continuous curvature; straight ones and rings that are one curve stay.
 
     Streets that go on straight through intersections become smooth as one if they are `chained`; else each is the
     same whatever lies beyond its ends. So many processes work at once.
     """
-    ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
     closed = np.array([street.start < 0 for street in network.streets], bool)
-    chains = chain_streets(network, fitted.plan_view, ~ring, chained=chained)
+    chains = chain_streets(network, fitted.plan_view, ~fitted.on_ring, chained=chained)
     plan = chains.curves(fitted.plan_view)
     bends = np.isfinite(smallest_radius(plan)) | (np.diff(chains.first) > 1)
     rows = np.flatnonzero(bends & (lengths(plan) > _SHORTEST_CURVE))
@@ -237,4 +236,5 @@ def _cut_into_streets(
         at = np.clip(hi[k] - lo[k] - at if back[k] else at, 0.0, hi[k] - lo[k])
         at[s == 0.0] = 0.0
         pieces[row] = tuple((s, *piece[1:]) for s, piece in zip(at.tolist(), pieces[row], strict=True))
-    return FittedStreets(replace_curves(plan, street, parts, np.arange(len(rows))), tuple(pieces), fitted.aside)
+    plan = replace_curves(plan, street, parts, np.arange(len(rows)))
+    return replace(fitted, plan_view=plan, pieces=tuple(pieces))

@@ -13,7 +13,7 @@ from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lane
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
 from osm2xodr.geometry.plan_view.roundabouts import FittedRings, fit_rings, move_ends
 from osm2xodr.geometry.plan_view.wide_bends import widen_bends
-from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
 
 # Attributes, each with the index of the point from which on they hold.
 _AttributesFrom = tuple[tuple[int, StreetAttributes], ...]
@@ -26,11 +26,15 @@ class FittedStreets:
     plan_view: PlanView  # One curve per street
     pieces: tuple[tuple[Piece, ...], ...]  # Of each street, in ascending s
     aside: FloatArray  # (streets,) How far left of the line of OSM each curve lies, m; 0 as fitted
+    on_ring: BoolArray  # (streets,) Whether it is part of a ring that is one curve
 
 
-def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStreets:
-    """Fit a curve to every street and say where on it its attributes change."""
-    rings = fit_rings(network, diagnostics)
+def fit_streets(network: StreetNetwork, diagnostics: Diagnostics, *, spirals: bool = True) -> FittedStreets:
+    """Fit a curve to every street and say where on it its attributes change.
+
+    All curves are lines and arcs, but rings that are no circles if they may have `spirals`.
+    """
+    rings = fit_rings(network, diagnostics, spirals=spirals)
     on_ring = {street: number for number, street in enumerate(rings.streets)}
     lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
     start = starts([len(points) for points, _ in lines])
@@ -65,7 +69,7 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     for k in narrow.tolist():
         way = pieces[k][0][1].osm_way_id
         diagnostics.note("tight-bend", f"way/{way}", "a bend is tighter than its carriageway is wide")
-    return FittedStreets(plan, pieces, np.zeros(len(pieces)))
+    return FittedStreets(plan, pieces, np.zeros(len(pieces)), round_about)
 
 
 def _line(street: Street, rings: FittedRings, on_ring: bool) -> tuple[FloatArray, _AttributesFrom]:

@@ -19,10 +19,12 @@ from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.model import EVERY_LANE, Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import (
     CARRIAGEWAY_WIDTHS,
+    LANE_WIDTH_ABREAST_MAX,
     LANE_WIDTH_BICYCLE,
     LANE_WIDTH_BUS,
     LANE_WIDTH_MAX,
     LANE_WIDTH_MIN,
+    LANES_ABREAST,
     LANES_BESIDE_PARKING,
     PARKING_WIDTH,
 )
@@ -227,7 +229,8 @@ def _beside_one_kerb(edge: float, own: float, other: float, tagged: bool) -> Ker
 
 def _fits(width: float, lanes: int, parking: float) -> bool:
     """Whether a carriageway may be that of so many lanes and that much parking, else of cars along both sides, m."""
-    return LANE_WIDTH_MIN <= width <= lanes * LANE_WIDTH_MAX + max(parking, 2.0 * PARKING_WIDTH["parallel"])
+    widest = LANE_WIDTH_MAX if lanes < LANES_ABREAST else LANE_WIDTH_ABREAST_MAX
+    return LANE_WIDTH_MIN <= width <= lanes * widest + max(parking, 2.0 * PARKING_WIDTH["parallel"])
 
 
 def _with_known_widths(slots: list[Slot], known: Mapping[int, float]) -> list[Slot]:
