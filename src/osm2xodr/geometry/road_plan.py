@@ -30,7 +30,6 @@ from osm2xodr.geometry.connections import (
     turns_on_the_spot,
     turns_without_need,
 )
-from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions import (
     JunctionLayout,
     Movement,
@@ -248,7 +247,7 @@ def _with_room_to_turn(
 def _within_streets(cut: CutStreets, trim: FloatArray) -> FloatArray:
     """Return trims, (ends,), m, that leave a road of every street: both ends share what it can spare."""
     more = np.maximum(trim - cut.layout.trim, 0.0).reshape(-1, 2).sum(1)
-    spare = cut.ends.length[0::2] - cut.layout.trim.reshape(-1, 2).sum(1) - SHORTEST_STREET
+    spare = cut.ends.length[0::2] - cut.layout.trim.reshape(-1, 2).sum(1) - cut.layout.least
     share = np.clip(spare / np.maximum(more, 1e-9), 0.0, 1.0)
     return np.where(trim > cut.layout.trim, cut.layout.trim + np.repeat(share, 2) * (trim - cut.layout.trim), trim)
 

@@ -79,6 +79,7 @@ def _moved_line(
         trim=np.array([1.0, 2.0, begin, around - end]),
         most=np.array([1.0, 2.0, begin, around - end]),
         squeezed=np.zeros(2, bool),
+        least=np.ones(2),
     )
     return shift_lines_out_of_bends(fitted, layout, parts, Rule.RIGHT_HAND)
 

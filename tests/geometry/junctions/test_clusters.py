@@ -151,7 +151,15 @@ def test_what_both_ends_of_a_street_may_give_leaves_room_for_a_car() -> None:
     assert float(layout.most[end] + layout.most[end ^ 1]) == pytest.approx(60.0 - 6.02, abs=0.01)
     assert layout.most[end] == pytest.approx(layout.most[end ^ 1], abs=0.05)
     alone = stages.end(1, 1)
-    assert float(layout.most[alone]) == pytest.approx(90.0 - 3.0, abs=0.01)
+    assert float(layout.most[alone]) == pytest.approx(90.0 - 1.02, abs=0.01)
+    assert layout.least[[end // 2, alone // 2]].tolist() == [3.0, 1.0]
+
+
+@pytest.mark.parametrize(("tags", "least"), [("", 1.0), ("highway=crossing", 3.0), ("highway=stop", 3.0)])
+def test_dead_ends_with_furniture_keep_more(tags: str, least: float) -> None:
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "c": (0.0, -10.0), "s": (0.0, -20.0)}
+    stages = Case(nodes, {1: ("w o", ""), 2: ("o e", ""), 3: ("o c s", "")}, node_tags={"c": tags}).stages()
+    assert stages.layout.least[stages.end(3, 1) // 2] == least
 
 
 @pytest.mark.parametrize(
@@ -239,13 +247,13 @@ def test_the_order_of_nodes_does_not_matter() -> None:
 
 @pytest.mark.parametrize(("length", "kept"), [(1.5, False), (9.0, False), (9.9, True)])
 def test_a_dead_end_of_which_too_little_is_left_is_no_road(length: float, kept: bool) -> None:
-    """A street of 12 m width takes more than 6 m of the one beside it, of which 3 m must be left."""
+    """A street of 12 m width takes more than 6 m of the one beside it; of the last 3 m corners take 2."""
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -length)}
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
     end = stages.end(3, 1)
     assert stages.layout.inner[end // 2] != kept
     if kept:
-        assert 3.0 <= float(stages.ends.length[end]) - trims(stages)[(3, end % 2)] < 3.2
+        assert 1.0 <= float(stages.ends.length[end]) - trims(stages)[(3, end % 2)] < 1.1
 
 
 def test_branches_of_a_fork_at_the_edge_of_a_file_are_streets() -> None:

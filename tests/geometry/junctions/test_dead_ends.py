@@ -8,7 +8,7 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import SHORTEST_STREET
+from osm2xodr.geometry.defaults import SHORTEST_ROAD
 from osm2xodr.geometry.junctions import cut_back_ends_on_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
 
@@ -76,4 +76,4 @@ def test_what_the_junction_at_its_other_end_takes_is_left_to_it(y: float, cut: b
     gone = after.trim[ends] - before.trim[ends]
     assert gone.tolist() == [0.0, pytest.approx(3.5 if cut else 0.0, abs=0.5)]
     # What is left is a street, however far the arm at the junction is set back.
-    assert after.trim[2 * street + 1] + after.most[2 * street] <= y - 1.0 - SHORTEST_STREET + 1e-9
+    assert after.trim[2 * street + 1] + after.most[2 * street] <= y - 1.0 - SHORTEST_ROAD + 1e-9

@@ -17,7 +17,6 @@ from osm2xodr.geometry.connections.turn_backs import SHARE_OF_HALF, lanes_apart,
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
-    SHORTEST_STREET,
     SHORTEST_STREET_BETWEEN_JUNCTIONS,
     SNAPPED,
     U_TURN_RADIUS,
@@ -98,7 +97,7 @@ def _most_at_last(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray) ->
     # Streets with more to spare give no more because a bridge or tunnel begins there.
     kept = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1)
     short = kept <= SHORTEST_STREET_BETWEEN_JUNCTIONS + 2 * SNAPPED
-    spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED, 0.0)
+    spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - layout.least - SNAPPED, 0.0)
     most: FloatArray = trim + np.where(layout.junction >= 0, np.repeat(np.where(short, spare, 0.0), 2), 0.0)
     return most
 

@@ -54,6 +54,7 @@ class JunctionLayout:
     trim: FloatArray  # (ends,) How much of its street each end gives to its junction, m
     most: FloatArray  # (ends,) How much it may give at most, so that both ends together leave a street, m
     squeezed: BoolArray  # (streets,) Whether a street is too short for what its junctions need
+    least: FloatArray  # (streets,) How much of a street must be left, m
 
 
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics) -> JunctionLayout:
@@ -107,7 +108,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
         if not changed:
             break
     report_node_corrections(network, corrected, clusters.group, diagnostics)
-    return _settle(ends, clusters, bare, wished, _same_layer(network, ends))
+    return _settle(ends, clusters, bare, wished, _same_layer(network, ends), _furnished(network))
 
 
 class _Clusters:
@@ -204,7 +205,12 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
 
 
 def _settle(
-    ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray, same_layer: FloatArray
+    ends: StreetEnds,
+    clusters: _Clusters,
+    bare: FloatArray,
+    wished: FloatArray,
+    same_layer: FloatArray,
+    furnished: BoolArray,
 ) -> JunctionLayout:
     """Give junctions numbers, and share out the streets that are too short for what is wished.
 
@@ -221,14 +227,17 @@ def _settle(
         junction[arms[group]] = number
     bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
     between = (junction.reshape(-1, 2) >= 0).all(1)
+    # Nobody drives through a dead end: without lights or a crossing it may be shorter.
+    least = np.where(between | furnished, SHORTEST_STREET, SHORTEST_ROAD)
     # Corners must leave a road, and room for a car between junctions. Between the arms of a small roundabout there is
     # room for less.
-    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS, SHORTEST_STREET) + SNAPPED
-    least[_on_ring(ends)] = SHORTEST_STREET + SNAPPED
+    kept = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS, least) + SNAPPED
     length = ends.length[0::2]
-    trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least)
+    at_corners = np.where(_on_ring(ends), SHORTEST_STREET + SNAPPED, kept)
+    trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), at_corners)
     squeezed |= between & (length - trim.sum(1) < SHORTEST_STREET_BETWEEN_JUNCTIONS)
-    most = _most(length, trim, junction.reshape(-1, 2))
+    share = np.where(between, 0.5, 1.0)
+    most = trim + (share * np.maximum(length - trim.sum(1) - kept, 0.0))[:, None]
     return JunctionLayout(
         arms=tuple(tuple(arms[group]) for group in order),
         nodes=tuple(tuple(nodes[group]) for group in order),
@@ -237,17 +246,19 @@ def _settle(
         trim=trim.ravel(),
         most=np.maximum(trim.ravel(), np.minimum(most.ravel(), same_layer)),
         squeezed=squeezed & ~clusters.inner,
+        least=least,
     )
 
 
-def _most(length: FloatArray, trim: FloatArray, junction: IntArray) -> FloatArray:
-    """Return what both ends of each street may give at most, (streets, 2), m: they share what is spare."""
-    between = (junction >= 0).all(1)
-    kept = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + SNAPPED, SHORTEST_STREET)
-    spare = np.maximum(length - trim.sum(1) - kept, 0.0)
-    share = np.where(between, 0.5, 1.0)
-    most: FloatArray = trim + (spare * share)[:, None]
-    return most
+def _furnished(network: StreetNetwork) -> BoolArray:
+    """Say on which streets, ends included, are lights, signs or crossings for people, which need room, (streets,)."""
+    facts = network.node_facts
+    nodes = np.array(sorted({*facts.controls, *(crossing.node for crossing in facts.crossings)}), np.int64)
+    every = [street.node_ids for street in network.streets]
+    street = np.repeat(np.arange(len(every)), [len(ids) for ids in every])
+    out = np.zeros(len(every), bool)
+    out[street[np.isin(np.concatenate([np.zeros(0, np.int64), *every]), nodes)]] = True
+    return out
 
 
 def _same_layer(network: StreetNetwork, ends: StreetEnds) -> FloatArray:

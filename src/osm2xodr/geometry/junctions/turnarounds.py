@@ -82,10 +82,12 @@ def add_turnarounds(
     if not placed:
         return layout, []
     junction, trim, most = layout.junction.copy(), layout.trim.copy(), layout.most.copy()
+    least = layout.least.copy()
     movements = []
     for number, (end, item) in enumerate(placed.items(), start=len(layout.arms)):
         junction[end], trim[end], most[end] = number, item.length, item.length
         most[end ^ 1] = min(most[end ^ 1], ends.length[end] - item.length - SHORTEST_STREET)
+        least[end // 2] = SHORTEST_STREET
         movements.append(Movement(number, end, end, (), loop=item.loop))
     layout = replace(
         layout,
@@ -94,6 +96,7 @@ def add_turnarounds(
         junction=junction,
         trim=trim,
         most=most,
+        least=least,
     )
     return layout, movements
 
