@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from osm2xodr.model import Footway, MappedCrossing
-from osm2xodr.osmParsing.tags.crossings import is_crossing, read_crossings
+from osm2xodr.osmParsing.tags.node_facts import is_crossing, read_crossings
 
 
 def read(tags: dict[str, str]) -> MappedCrossing:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS
 from osm2xodr.osmParsing.tags.built_up import is_town_street
-from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, is_transition, tagged_width
+from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
@@ -22,6 +22,7 @@ from osm2xodr.osmParsing.tags.node_facts import (
     turning_circles,
 )
 from osm2xodr.osmParsing.tags.parking import PARKING_TAGS, read_parking
+from osm2xodr.osmParsing.tags.placement import is_transition
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones

@@ -7,10 +7,8 @@ road. ``placement`` tells where among the lanes the OSM line runs; without it, i
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 from math import inf
 from typing import Final
 
@@ -33,18 +31,17 @@ from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_la
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, without_parking
+from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
 WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
-_PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
 # All tags, besides ``highway``, that lanes are read from, and that cross sections are read from.
 LANE_TAGS: Final = (
     *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS, "hov"),
-    *(*WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
+    *(*WIDTH_TAGS, *PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
 )
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
-_PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
 # A tagged width agrees with the distance of kerbs if they differ by no more than this, m: tags are whole metres.
 _WIDTHS_AGREE: Final = 0.5
 # Least distance of the middle of lanes from OSM's line that kerbs tell, m. A choice: lines are drawn no better, and
@@ -57,8 +54,6 @@ _LINE_ASTRAY: Final = 1.0
 _KERB_ASTRAY: Final = 3.0
 # Width that lanes beside parked cars have at least, m: RASt 06, two cars pass each other slowly on 4.10 m.
 _ROOM_TO_PASS: Final = 4.1
-# The placements of both directions agree if they differ by no more than this, m.
-_PLACEMENTS_AGREE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +171,7 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
         LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole))
         for (slot, runs), width in zip(lanes, widths, strict=True)
     )
-    offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
+    offset = placed_middle(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
     if offset is None:
         beside = (parking_right - parking_left) / 2.0
         offset = LANES_BESIDE_PARKING * beside
@@ -334,70 +329,3 @@ def _beside_width(kind: LaneType, usual: float) -> float:
     if kind is LaneType.BUS:
         return max(usual, LANE_WIDTH_BUS)
     return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
-
-
-def is_transition(tags: Tags) -> bool:
-    """Whether the line of a way changes its position among the lanes (``placement=transition``)."""
-    return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
-
-
-def _middle_offset(
-    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Tags, direction: int, findings: Findings
-) -> float | None:
-    """Return the offset of the middle of the lanes from the OSM line, left positive, m; None if not tagged.
-
-    Source: OSM wiki, Key:placement. `beside` marks the lanes that ``placement`` does not count.
-    """
-    if not any(key in tags for key in _PLACEMENT_TAGS):
-        return None
-    keys: list[tuple[str, Direction]] = []
-    if direction >= 0:
-        keys.append(("placement:forward", Direction.FORWARD))
-    if direction <= 0:
-        keys.append(("placement:backward", Direction.BACKWARD))
-    if direction:
-        keys.insert(0, ("placement", Direction(direction)))
-    elif tags.get("placement", "transition") != "transition":
-        findings.append((Kind.DROPPED, "placement", "placement of a two-way road names no direction, ignored"))
-    if is_transition(tags):
-        words = "the line changes its position among the lanes, it is interpolated between the ways before and after"
-        findings.append((Kind.NOTE, "placement", words))
-    edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
-    # Edges of the lanes that ``placement`` counts: without those from ``cycleway`` or ``busway``.
-    counted = [
-        (lane.direction, edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if not beside[place]
-    ]
-    found = [
-        place
-        for key, runs in keys
-        if key in tags and (place := _line_position(tags[key], counted, runs, findings)) is not None
-    ]
-    if not found:
-        return None
-    if abs(found[-1] - found[0]) > _PLACEMENTS_AGREE:
-        findings.append((Kind.REPAIRED, "placement", "placement of the two directions differs, the first is taken"))
-    return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0
-
-
-def _line_position(
-    text: str, lanes_ltr: Sequence[tuple[Direction, float, float]], runs: Direction, findings: Findings
-) -> float | None:
-    """Return the distance of the OSM line from the left edge of the carriageway, m; None if it is not given."""
-    if text == "transition":
-        return None
-    # Edges of the lanes of the direction, from left to right as its drivers see them.
-    own = [(left, right) for direction, left, right in lanes_ltr if direction is runs]
-    if runs is Direction.BACKWARD:
-        own = [(right, left) for left, right in reversed(own)]
-    found = _PLACEMENT.fullmatch(text.strip())
-    if found and own:
-        side, lane_number = found[1], int(found[2])
-        if side == "left_of" and lane_number == len(own) + 1:
-            return own[-1][1]  # left of a lane that ends or begins here
-        if side == "right_of" and lane_number == 0:
-            return own[0][0]
-        if 1 <= lane_number <= len(own):
-            left, right = own[lane_number - 1]
-            return {"left_of": left, "right_of": right, "middle_of": (left + right) / 2.0}[side]
-    findings.append((Kind.DROPPED, "placement", f"placement {text} does not fit {len(own)} lanes and is ignored"))
-    return None
