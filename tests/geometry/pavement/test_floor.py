@@ -259,6 +259,16 @@ def test_widths_become_few_lines() -> None:
     assert [(item.s, item.a, item.b) for item in other] == [(0.0, 0.0, 0.0)]
 
 
+@pytest.mark.parametrize("before", [7, 8])
+def test_widths_of_a_strip_do_not_depend_on_other_strips(before: int) -> None:
+    s = np.linspace(0.0, 8.0, 41)
+    width = 1.0 + np.sin(s)
+    (alone,) = width_records(np.zeros(41, np.int64), s, width, 1, 0.04)
+    more, places, zigzag = np.zeros(before, np.int64), 0.2 * np.arange(before), 1.0 * (np.arange(before) > before / 2)
+    strips, every = np.append(more, more[:1].repeat(41) + 1), np.append(places, s)
+    assert width_records(strips, every, np.append(zigzag, width), 2, 0.04)[1] == alone
+
+
 def test_widths_that_end_in_nothing_are_nowhere_below_it() -> None:
     """Places are rounded to millimetres, up at the end of a road."""
     length = 7.0004

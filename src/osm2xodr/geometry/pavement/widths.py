@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import ranks
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray
 
 # Decimals of the places and widths of records, m.
@@ -54,7 +55,7 @@ def _without_dips(strip: IntArray, width: FloatArray) -> FloatArray:
 def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float) -> BoolArray:
     """Say which widths are needed, so that straight lines between them are near all others, (n,).
 
-    In each round every other one is tried, odd and even ones in turn.
+    In each round every other one of each strip is tried, odd and even ones in turn: no strip changes another one.
     """
     ends = np.diff(strip, prepend=-1) > 0
     ends[:-1] |= ends[1:]
@@ -67,7 +68,7 @@ def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float)
     failed, phase = 0, 1
     while failed < 2:
         kept = np.flatnonzero(keep)
-        candidate = (np.arange(len(kept)) % 2 == phase) & ~ends[kept]
+        candidate = (ranks(np.bincount(strip[kept])) % 2 == phase) & ~ends[kept]
         trial = kept[~candidate]
         off = np.abs(np.interp(axis, axis[trial], width[trial]) - width) > tolerance
         # The interval between trial places that each place lies in: one is tried within each.
