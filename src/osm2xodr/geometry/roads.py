@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +13,7 @@ from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
-from osm2xodr.geometry.connecting_marks import connecting_marks
+from osm2xodr.geometry.connecting_marks import Marks, connecting_marks
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, find_crossfall_lines, floor_on, on_crossfall_lines
 from osm2xodr.geometry.heights import (
@@ -24,10 +24,11 @@ from osm2xodr.geometry.heights import (
     connector_profiles,
     solve_profiles,
 )
-from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, street_places
+from osm2xodr.geometry.junction_floor import floor_without, islands_of, lay_out_floor
+from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
-from osm2xodr.geometry.pavement import Faces, Hole, is_island, lay_floor, raised_islands
+from osm2xodr.geometry.pavement import raised_islands
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
@@ -36,7 +37,7 @@ from osm2xodr.geometry.road_heights import (
     report_lost_corrections,
     too_steep_corners,
 )
-from osm2xodr.geometry.road_plan import RoadPlan, lay_out_sides, plan_roads
+from osm2xodr.geometry.road_plan import RoadPlan, RoadSides, lay_out_sides, plan_roads
 from osm2xodr.geometry.road_records import (
     RoadIds,
     connecting_lane_offsets,
@@ -45,8 +46,19 @@ from osm2xodr.geometry.road_records import (
     road_records,
     with_floor,
 )
-from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
+from osm2xodr.model import BoolArray, Borders, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, release_memory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lanes:
+    """What heights do not change."""
+
+    lanes: list[LaneLayout]  # Of each road, strips beside the carriageway included
+    through: ConnectingRoads  # All roads through junctions, with the lanes that they join
+    marks: Mapping[int, Marks]  # Of some of these
+    priorities: Priorities
+    diagnostics: Diagnostics  # What was found meanwhile
 
 
 def build_roads(
@@ -88,41 +100,57 @@ def build_roads(
     release_memory()
     advance(0.45)
     found = Diagnostics()
-    # Sidewalks need no heights, nor do heights, lanes of carriageways and priorities need sidewalks.
-    with Task(partial(lay_out_sides, network, plan), apart=jobs > 1) as beside:
-        problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
-        carried, lines = find_crossfall_lines(problem, plan.connecting)
-        problem = replace(problem, carried=carried)
-        solution = solve_profiles(problem, surface, found, elevation_options, ground() if ground else None)
-        advance(0.75)
-        known = Connectivity.of(network.connectivities)
-        country, joints = find_country(network.country), sharp_joints(plan.parts.plan_view)
-        lanes = lay_out_all(plan.parts.stretches, network.rule, known, country, joints)
-        priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
-        sides = beside.result()
-    diagnostics.extend(sides.diagnostics)
-    diagnostics.extend(found)
-    through = _with_sidewalk_corners(network, plan, sides.corners, solution, diagnostics)
-    lanes = add_margins(lanes, sides.margins, plan.parts.length.tolist())
-    through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
-    if borders is not None:
-        order = np.unique(through.junction, return_index=True)[1]
-        borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
-    carrying = on_crossfall_lines(through, lines)
-    road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, priorities, borders, diagnostics)
-    if on_lanes is not None:
-        on_lanes(road_map)
-    # The floor lies beside the carriageways whose clearances are looked at.
-    road_map = with_clearances(road_map, problem, diagnostics)
-    faces = Faces.of(plan.parts, through, network.rule)
-    enclosed = partial(_is_enclosed, _streets_at(network), plan.layout, through)
-    floor = lay_floor(through, network.rule, faces, _round_islands(network, plan.layout), enclosed)
+    problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
+    carried, lines = find_crossfall_lines(problem, plan.connecting)
+    problem = replace(problem, carried=carried)
+    solve = partial(_solve_heights, problem, surface, elevation_options, ground() if ground else None)
+    # Heights need neither lanes nor sidewalks; nor does the floor need heights, but for sidewalks that are too steep.
+    with Task(solve, apart=jobs > 1) as heights:
+        sides = lay_out_sides(network, plan)
+        every = plan.connecting.joined(sides.corners)
+        with Task(partial(lay_out_floor, network, plan, every), apart=jobs > 1) as laid:
+            lanes = _lay_out_lanes(network, plan, sides, every)
+            solution, of_heights = heights.result()
+            advance(0.75)
+            for item in (sides.diagnostics, found, of_heights, lanes.diagnostics):
+                diagnostics.extend(item)
+            steep = _steep_sidewalks(network, plan, sides.corners, solution, diagnostics)
+            through = lanes.through.chosen(~steep) if steep.any() else lanes.through
+            if borders is not None:
+                order = np.unique(through.junction, return_index=True)[1]
+                borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
+            lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
+            carrying = on_crossfall_lines(through, lines)
+            road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, borders, diagnostics)
+            if on_lanes is not None:
+                on_lanes(road_map)
+            # The floor lies beside the carriageways whose clearances are looked at.
+            road_map = with_clearances(road_map, problem, diagnostics)
+            floor = floor_without(network, plan, every, laid.result(), steep)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
-    islands, left_out = raised_islands(network.roadside, road_map, tuple(_islands(plan, through, floor.islands)))
+    islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)
     return replace(road_map, islands=islands)
+
+
+def _lay_out_lanes(network: StreetNetwork, plan: RoadPlan, sides: RoadSides, through: ConnectingRoads) -> _Lanes:
+    """Lay out the lanes of roads; `through` are all roads through junctions."""
+    known, joints = Connectivity.of(network.connectivities), sharp_joints(plan.parts.plan_view)
+    lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country), joints)
+    lanes = add_margins(lanes, sides.margins, plan.parts.length.tolist())
+    through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
+    marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule)
+    found = Diagnostics()
+    priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
+    return _Lanes(lanes, through, marks, priorities, found)
+
+
+def _solve_heights(
+    problem: ProfileProblem, surface: Surface, options: ElevationOptions | None, ground: Ground | None
+) -> tuple[ProfileSolution, Diagnostics]:
+    found = Diagnostics()
+    return solve_profiles(problem, surface, found, options, ground), found
 
 
 def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolArray:
@@ -132,42 +160,6 @@ def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolA
         junction = problem.end_junction.ravel()
         out[junction[(junction >= 0) & (solution.end_superelevation.ravel() != 0.0)]] = True
     return out
-
-
-def _round_islands(network: StreetNetwork, layout: JunctionLayout) -> frozenset[int]:
-    """Return the junctions whose loops go round an island (OSM wiki, Tag:highway=turning_loop)."""
-    loops = {node for node, tags in network.node_tags.items() if tags.get("highway") == "turning_loop"}
-    if not loops:
-        return frozenset()
-    ids = [item.osm_node_id for item in network.intersections]
-    return frozenset(k for k, nodes in enumerate(layout.nodes) if any(ids[node] in loops for node in nodes))
-
-
-def _streets_at(network: StreetNetwork) -> dict[int, list[FloatArray]]:
-    """Return the lines of the streets that begin or end at each intersection, (n, 2), m."""
-    out: dict[int, list[FloatArray]] = {}
-    for street in network.streets:
-        for node in {street.start, street.end}:
-            out.setdefault(node, []).append(street.points)
-    return out
-
-
-def _is_enclosed(
-    streets: Mapping[int, Sequence[FloatArray]], layout: JunctionLayout, through: ConnectingRoads, hole: Hole
-) -> bool:
-    """Say whether the streets of its junction go round a hole, those at each intersection given."""
-    lines = [line for node in layout.nodes[int(through.junction[hole.road])] for line in streets.get(node, ())]
-    return is_island(
-        hole, np.concatenate([line[:-1] for line in lines]), np.concatenate([line[1:] for line in lines])
-    )
-
-
-def _islands(plan: RoadPlan, through: ConnectingRoads, islands: tuple[Hole, ...]) -> Iterator[Island]:
-    """Return the islands that junctions have."""
-    ids = RoadIds(len(plan.parts.length), len(through.length))
-    for hole in islands:
-        junction = int(through.junction[hole.road])
-        yield Island(ids.junction(junction), len(plan.parts.length) + hole.road, hole.corners)
 
 
 def _pose_heights(
@@ -188,17 +180,17 @@ def _pose_heights(
     return with_border_heights(problem, borders, neighbourhood.surface_around, options, diagnostics), borders
 
 
-def _with_sidewalk_corners(
+def _steep_sidewalks(
     network: StreetNetwork,
     plan: RoadPlan,
     corners: ConnectingRoads,
     solution: ProfileSolution,
     diagnostics: Diagnostics,
-) -> ConnectingRoads:
-    """Return the connecting roads of cars, and behind them those of sidewalks that are not too steep."""
+) -> BoolArray:
+    """Say which roads through junctions, those of cars and behind them sidewalks, are left out as too steep, (n,)."""
     steep = too_steep_corners(corners, solution)
     report_missing_corners(network, plan.layout, corners.junction[steep], diagnostics)
-    return plan.connecting.joined(corners.chosen(~steep))
+    return np.concatenate([np.zeros(len(plan.connecting.length), bool), steep])
 
 
 def _road_map(
@@ -208,24 +200,22 @@ def _road_map(
     solution: ProfileSolution,
     through: ConnectingRoads,
     lines: CrossfallLines,
-    lanes: list[LaneLayout],
-    priorities: Priorities,
+    laid: _Lanes,
     borders: Borders | None,
     diagnostics: Diagnostics,
 ) -> RoadMap:
     """Put everything together but the floor of junctions; `through` are all roads through these, some on `lines`."""
-    parts, layout = plan.parts, plan.layout
+    parts, layout, lanes, priorities = plan.parts, plan.layout, laid.lanes, laid.priorities
     ids = RoadIds(len(parts.length), len(through.length))
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     level = profile_of([() for _ in lanes])
-    marks = connecting_marks(parts, plan.connecting, lanes, network.rule)
     roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
             *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule, lines, marks),
+            *connecting_road_records(through, parts, lanes, ids, network.rule, lines, laid.marks),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),
