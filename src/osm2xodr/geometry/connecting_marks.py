@@ -106,11 +106,14 @@ def _edges_beside(
     first, last = np.searchsorted(own.row, own.row), np.searchsorted(own.row, own.row, "right") - 1
     looked_at = np.minimum(np.hypot(*(edge - edge[first]).T), np.hypot(*(edge - edge[last]).T)) > _ENDS
     reach = math.hypot(places.half.max(initial=0.0) + _INSIDE, _SPACING)
-    near = cKDTree(edge).sparse_distance_matrix(tree, reach, output_type="ndarray")
-    pairs = np.column_stack([near["i"], near["j"]])
-    one, two = own.row[pairs[:, 0]], places.row[pairs[:, 1]]
-    pairs = pairs[looked_at[pairs[:, 0]] & (one != two) & (junction[one] == junction[two])]
-    at, other = pairs[:, 0], places.chosen(pairs[:, 1])
+    there = np.flatnonzero(looked_at)
+    near = cKDTree(edge[there]).sparse_distance_matrix(tree, reach, output_type="ndarray")
+    # Most are on the lane itself.
+    at, by = there[near["i"]], near["j"]
+    apart = np.flatnonzero(own.row[at] != places.row[by])
+    at, by = at[apart], by[apart]
+    together = np.flatnonzero(junction[own.row[at]] == junction[places.row[by]])
+    at, other = at[together], places.chosen(by[together])
     step = edge[at] - other.xy
     along = step[:, 0] * np.cos(other.hdg) + step[:, 1] * np.sin(other.hdg)
     across = np.abs(step[:, 1] * np.cos(other.hdg) - step[:, 0] * np.sin(other.hdg)) - other.half

@@ -75,9 +75,16 @@ def spans(profile: CubicProfile, length: FloatArray) -> FloatArray:
 
 def worst_of(group: IntArray, value: FloatArray) -> IntArray:
     """Return the row with the largest value of each group, in order of the groups."""
-    order = np.lexsort((-value, group))
-    first = np.concatenate([[True], np.diff(group[order]) > 0])[: len(order)]
-    return np.asarray(order[first], np.int64)
+    order = np.argsort(group, kind="stable")
+    begin = np.flatnonzero(np.diff(group[order], prepend=group[order[:1]] - 1))
+    if not len(begin):
+        return order
+    sorted_, size = value[order], np.diff(np.append(begin, len(order)))
+    largest = np.repeat(np.fmax.reduceat(sorted_, begin), size)
+    # Of groups whose values are all unknown the first row.
+    best = np.flatnonzero((sorted_ == largest) | np.isnan(largest))
+    of = np.repeat(np.arange(len(begin)), size)[best]
+    return np.asarray(order[best[np.diff(of, prepend=-1) > 0]], np.int64)
 
 
 def degrees(turn: FloatArray) -> FloatArray:

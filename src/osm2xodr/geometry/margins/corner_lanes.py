@@ -22,11 +22,15 @@ def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> li
     """
     stretch = parts.at_end(end)
     lanes = len(stretch.section.left if side > 0 else stretch.section.right)
-    columns = columns_of(margins, side)
-    # Columns of the section count as lanes even where they have no width.
-    here = present(columns, margins, stretch.start, stretch.end)
-    strips = [columns[column].strip_at(end, side) for column in here]
-    numbers = range(lanes + 1, lanes + 1 + len(here))
+    if len(margins) == 1 and not margins[0].wedges:
+        # Most roads: each strip is a column of its own, from end to end.
+        strips: list[MarginSpec | None] = list(margins[0].strips(side))
+    else:
+        columns = columns_of(margins, side)
+        # Columns of the section count as lanes even where they have no width.
+        here = present(columns, margins, stretch.start, stretch.end)
+        strips = [columns[column].strip_at(end, side) for column in here]
+    numbers = range(lanes + 1, lanes + 1 + len(strips))
     return [(side * number, strip) for number, strip in zip(numbers, strips, strict=True) if strip is not None]
 
 

@@ -89,7 +89,8 @@ class TreeReader:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         """Begin an element."""
-        tag = tag.rpartition(":")[2]
+        if ":" in tag:
+            tag = tag.rpartition(":")[2]
         node = Node(tag, attributes, self._lines_before + self._parser.CurrentLineNumber)
         if self._open:
             self._open[-1].children.append(node)

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.special import roots_legendre
 
-from osm2xodr.curves import arc_step, find_record, spiral_step
+from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
@@ -48,16 +48,21 @@ def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before
         unknown = np.full(len(s), np.nan)
         return unknown, unknown.copy(), unknown.copy(), unknown.copy()
     # Roads without records get any, and then NaN.
-    has = plan.start[road + 1] > plan.start[road]
-    k = np.zeros(len(s), np.int64)
-    k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
+    without = np.flatnonzero(plan.start[road + 1] == plan.start[road])
+    if len(without):
+        k = np.zeros(len(s), np.int64)
+        has = np.delete(np.arange(len(s)), without)
+        k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
+    else:
+        k = find_record(plan.start, plan.s, road, s, before=before)
     # Damaged records may overflow: then the pose is unknown.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         u, v, turn, bend = _local_pose(plan, k, s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
     out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
     for values in out:
-        values[~has | ~np.isfinite(values)] = np.nan
+        values[without] = np.nan
+        values[np.flatnonzero(np.isinf(values))] = np.nan
     return out
 
 
@@ -76,15 +81,18 @@ def record_lengths(file: OpenDrive) -> FloatArray:
 
 def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
-    shape, p = plan.shape[k], plan.parameters[k]
-    bend = np.where(shape == Shape.ARC, p[:, 0], 0.0)
-    u, v, turn = arc_step(bend, ds)
-    spiral = np.flatnonzero(shape == Shape.SPIRAL)
+    shape = plan.shape[k]
+    bend, rate = np.zeros(len(k)), None
+    curved = np.flatnonzero((shape == Shape.ARC) | (shape == Shape.SPIRAL))
+    bend[curved] = plan.parameters[k[curved], 0]
+    spiral = curved[shape[curved] == Shape.SPIRAL]
     if len(spiral):
-        first, last, length = p[spiral, 0], p[spiral, 1], plan.length[k[spiral]]
-        rate = np.where(length > 0, (last - first) / length, 0.0)
-        u[spiral], v[spiral], turn[spiral] = spiral_step(first, rate, ds[spiral])
-        bend[spiral] = first + rate * ds[spiral]
+        change, length = plan.parameters[k[spiral], 1] - bend[spiral], plan.length[k[spiral]]
+        rate = np.zeros(len(k))
+        rate[spiral] = np.where(length > 0, change / length, 0.0)
+    u, v, turn = arc_step(bend, ds, rate)
+    if rate is not None:
+        bend[spiral] += rate[spiral] * ds[spiral]
     bent = np.flatnonzero((shape == Shape.POLY3) | (shape == Shape.PARAM_POLY3))
     if len(bent):
         u[bent], v[bent], turn[bent], bend[bent] = _polynomial_step(_polynomials(plan), k[bent], ds[bent])
