@@ -14,7 +14,10 @@ class Part:
     cell_size = sigma = 1.0
 
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        return 0.0 * x, x < 3.0
+        return 0.0 * x, self.measured(x, y)
+
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        return x < 3.0
 
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         raise NotImplementedError
@@ -36,8 +39,8 @@ def test_stretches_end_halfway_between_places() -> None:
 class Hole(Part):
     """A surface with a hole round the middle of the first road."""
 
-    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        return 0.0 * x, np.hypot(x - 5.0 * np.cos(0.5), y - 5.0 * np.sin(0.5)) > 0.5
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        return np.asarray(np.hypot(x - 5.0 * np.cos(0.5), y - 5.0 * np.sin(0.5)) > 0.5)
 
 
 def test_holes_within_roads() -> None:
@@ -46,8 +49,8 @@ def test_holes_within_roads() -> None:
 
 def test_nothing_to_mark() -> None:
     class Whole(Part):
-        def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-            return 0.0 * x, np.ones(len(x), bool)
+        def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+            return np.ones(len(x), bool)
 
     road_map = mark_unmeasured(straight_roads(3), Whole())
     assert road_map.unmeasured is not None

@@ -38,8 +38,10 @@ class Ground:
     sigmas: Height | None = None
 
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        measured = np.ones(len(x), np.bool_) if self.known is None else self.known(x, y)
-        return np.asarray(self.height(x, y), np.float64), measured
+        return np.asarray(self.height(x, y), np.float64), self.measured(x, y)
+
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        return np.ones(len(x), np.bool_) if self.known is None else self.known(x, y)
 
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         n = len(x)

@@ -65,6 +65,7 @@ def test_the_layer_that_measures_is_the_one_that_gives_the_height(tmp_path: Path
     found = surface.layers.sources(x, y)
     assert sorted(set(found.tolist())) == [-1, 0, 1]
     assert np.array_equal(found, surface.layers.sample(x, y)[1])
+    assert np.array_equal(surface.measured(x, y), surface.heights(x, y)[1])
 
 
 def test_one_sigma_for_all(tmp_path: Path) -> None:

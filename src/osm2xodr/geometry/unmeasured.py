@@ -28,7 +28,7 @@ def mark_unmeasured(road_map: RoadMap, surface: Surface) -> RoadMap:
     share = ranks(count) / np.maximum(count - 1, 1)[road]
     s = share * length[road]
     x, y, _ = pose(plan, road, s)
-    gap = ~surface.heights(x, y)[1]
+    gap = ~surface.measured(x, y)
     same = road[1:] == road[:-1]
     first = np.flatnonzero(gap & ~np.append(False, same & gap[:-1]))
     last = np.flatnonzero(gap & ~np.append(same & gap[1:], False))

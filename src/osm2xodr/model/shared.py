@@ -121,5 +121,8 @@ class Surface(Protocol):
         Where it is not measured (voids, outside of the elevation model) z is the surface's best guess.
         """
 
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Return where the heights at local x, y (n,), m, are measured, in less time than `heights`."""
+
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         """Return how far the heights at local x, y (n,), m, can be trusted."""

@@ -58,6 +58,10 @@ class DemSurface:
         z, source = self.layers.sample(x, y)
         return z, source >= 0
 
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Return where `heights` at local x, y (n,), m, are measured; nothing is interpolated."""
+        return np.asarray(self.layers.sources(x, y) >= 0)
+
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         """Return how far the heights at local x, y (n,), m, can be trusted, by the model that measures them.
 

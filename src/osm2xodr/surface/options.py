@@ -66,6 +66,10 @@ class FlatSurface:
         """Return 0 m for local x, y (n,), and that it is measured."""
         return np.zeros(len(x)), np.ones(len(x), bool)
 
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Return that heights at local x, y (n,), m, are measured."""
+        return np.ones(len(x), bool)
+
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         """Return that heights at local x, y (n,), m, are exact."""
         return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))

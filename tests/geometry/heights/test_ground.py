@@ -27,6 +27,9 @@ class Model:
         z = map_coordinates(self.z, place, order=1, mode="constant", cval=np.nan)
         return np.where(np.isfinite(z), z, 0.0), np.isfinite(z)
 
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        return self.heights(x, y)[1]
+
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         n = len(x)
         return SurfaceQuality(np.full(n, self.cell_size), np.full(n, self.sigma), np.zeros(n, np.bool_))

@@ -244,9 +244,7 @@ def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks
         return draw(links)
     junction = np.array([row.junction for row in links.rows], np.int64)
     begin = np.flatnonzero(np.diff(junction, prepend=-1))
-    # As many for each of two processes, and all of about the same size.
-    most = len(junction) / (2 * np.ceil(len(junction) / (2 * _AT_ONCE)))
-    first = begin[np.unique((begin / most).astype(np.int64), return_index=True)[1]].tolist()
+    first = begin[np.unique(begin // _AT_ONCE, return_index=True)[1]].tolist()
     parts = [replace(links, rows=links.rows[a:b]) for a, b in pairwise([*first, len(junction)])]
     return reduce(ConnectingRoads.joined, map_parallel(draw, parts, jobs))
 

@@ -43,6 +43,10 @@ class LevelGround:
         """Return its height, m, for local x, y (n,), m, and that it is measured."""
         return np.full(len(x), self.z), np.ones(len(x), bool)
 
+    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Return that the height at local x, y (n,), m, is measured."""
+        return np.ones(len(x), bool)
+
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         """Return how much heights at local x, y (n,), m, count."""
         size = len(x)

@@ -93,9 +93,9 @@ class _Streets:
         end = np.repeat(found, [len(u) for u in back])
         x, y, _ = outward_pose(ends, end, np.concatenate(back))
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
-        around = cKDTree(self._xy).query_ball_point(np.column_stack([x, y]), reach)
-        near = [np.array(places, np.int64) for places in around]
-        row, place = np.repeat(np.arange(len(end)), [len(places) for places in near]), np.concatenate(near)
+        asked = cKDTree(np.column_stack([x, y]))
+        near = asked.sparse_distance_matrix(cKDTree(self._xy), reach, output_type="ndarray")
+        row, place = near["i"], near["j"]
         own = np.where(end % 2 == 1, self._first[end // 2 + 1] - 1, self._first[end // 2])
         other = (self.street[place] != end[row] // 2) & (self._level[place] == self._level[own[row]])
         row, place = row[other], place[other]
