@@ -122,11 +122,12 @@ def build_roads(
             lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
             carrying = on_crossfall_lines(through, lines)
             road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, borders, diagnostics)
+            # Before furniture takes another copy of the process, so that no more than two are there at once.
+            floor = floor_without(network, plan, every, laid.result(), steep)
             if on_lanes is not None:
                 on_lanes(road_map)
-            # The floor lies beside the carriageways whose clearances are looked at.
-            road_map = with_clearances(road_map, problem, diagnostics)
-            floor = floor_without(network, plan, every, laid.result(), steep)
+    # The floor lies beside the carriageways whose clearances are looked at.
+    road_map = with_clearances(road_map, problem, diagnostics)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
