@@ -105,6 +105,19 @@ def test_a_task_in_this_process_runs_when_it_is_asked() -> None:
     assert seen == [1]
 
 
+@pytest.mark.parametrize("apart", [False, pytest.param(True, marks=needs_fork)])
+def test_a_result_is_worked_out_once(apart: bool) -> None:
+    runs: list[int] = []
+
+    def work() -> int:
+        runs.append(1)
+        return len(runs)
+
+    task = Task(work, apart=apart)
+    assert [task.result(), task.result()] == [1, 1]
+    assert len(runs) == (0 if apart else 1)
+
+
 def test_at_least_one_process_can_run() -> None:
     assert 1 <= available_jobs() <= (os.cpu_count() or 1)
 

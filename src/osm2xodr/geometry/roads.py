@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -105,11 +105,18 @@ def build_roads(
     problem = replace(problem, carried=carried)
     solve = partial(_solve_heights, problem, surface, elevation_options, ground() if ground else None)
     # Heights need neither lanes nor sidewalks; nor does the floor need heights, but for sidewalks that are too steep.
-    with Task(solve, apart=jobs > 1) as heights:
-        sides = lay_out_sides(network, plan)
+    # In hills heights take longest, and the floor is laid beside lanes. On flat ground sidewalks take longer than
+    # heights, and furniture as long as the floor.
+    hills, flat = jobs > 1 and ground is not None, jobs > 1 and ground is None
+    sides_of = partial(lay_out_sides, network, plan)
+    with Task(solve, apart=hills) as heights, Task(sides_of, apart=flat) as beside:
+        carriageways = _lay_out_carriageways(network, plan)
+        if flat:
+            heights.result()
+        sides = beside.result()
         every = plan.connecting.joined(sides.corners)
-        with Task(partial(lay_out_floor, network, plan, every), apart=jobs > 1) as laid:
-            lanes = _lay_out_lanes(network, plan, sides, every)
+        with Task(partial(lay_out_floor, network, plan, every), apart=hills) as laid:
+            lanes = _lay_out_lanes(network, plan, carriageways, sides, every)
             solution, of_heights = heights.result()
             advance(0.75)
             for item in (sides.diagnostics, found, of_heights, lanes.diagnostics):
@@ -122,10 +129,12 @@ def build_roads(
             lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
             carrying = on_crossfall_lines(through, lines)
             road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, borders, diagnostics)
-            # Before furniture takes another copy of the process, so that no more than two are there at once.
-            floor = floor_without(network, plan, every, laid.result(), steep)
+            if hills:
+                # Before furniture takes another copy of the process, so that no more than two are there at once.
+                laid.result()
             if on_lanes is not None:
                 on_lanes(road_map)
+            floor = floor_without(network, plan, every, laid.result(), steep)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, problem, diagnostics)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
@@ -135,11 +144,21 @@ def build_roads(
     return replace(road_map, islands=islands)
 
 
-def _lay_out_lanes(network: StreetNetwork, plan: RoadPlan, sides: RoadSides, through: ConnectingRoads) -> _Lanes:
-    """Lay out the lanes of roads; `through` are all roads through junctions."""
+def _lay_out_carriageways(network: StreetNetwork, plan: RoadPlan) -> list[LaneLayout]:
+    """Lay out the lanes of carriageways."""
     known, joints = Connectivity.of(network.connectivities), sharp_joints(plan.parts.plan_view)
-    lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country), joints)
-    lanes = add_margins(lanes, sides.margins, plan.parts.length.tolist())
+    return lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country), joints)
+
+
+def _lay_out_lanes(
+    network: StreetNetwork,
+    plan: RoadPlan,
+    carriageways: Sequence[LaneLayout],
+    sides: RoadSides,
+    through: ConnectingRoads,
+) -> _Lanes:
+    """Lay out the lanes of roads; `through` are all roads through junctions."""
+    lanes = add_margins(carriageways, sides.margins, plan.parts.length.tolist())
     through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
     marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule)
     found = Diagnostics()

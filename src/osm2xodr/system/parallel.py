@@ -84,6 +84,7 @@ class Task(Generic[T]):
 
     def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
         self._function = function
+        self._found: tuple[T] | None = None
         self._copy = _Copy(lambda: (function(),)) if apart and can_fork() else None
 
     def __enter__(self) -> Task[T]:
@@ -97,12 +98,16 @@ class Task(Generic[T]):
 
         `Osm2xodrError` says that the copy of the process was killed.
         """
-        if self._copy is None:
-            return self._function()
+        if self._found is None:
+            self._found = (self._function() if self._copy is None else self._fetched(self._copy),)
+        return self._found[0]
+
+    @staticmethod
+    def _fetched(copy: _Copy[T]) -> T:
         try:
-            return self._copy.fetch()
+            return copy.fetch()
         finally:
-            self._copy.end()
+            copy.end()
 
     def cancel(self) -> None:
         """Stop the copy of the process, if one runs."""
