@@ -65,7 +65,8 @@ def test_the_carriageway_alone(tmp_path: Path) -> None:
 
 def test_what_a_target_wants(tmp_path: Path) -> None:
     found = counted(tmp_path, "--target", "sumo")
-    assert (found["parking"], found["shoulder"], found["signalReference"]) == (0, 2, 0)
+    # Both parking lanes, and the pavement between them on the closed side of the T
+    assert (found["parking"], found["shoulder"], found["signalReference"]) == (0, 3, 0)
 
 
 @pytest.mark.parametrize(

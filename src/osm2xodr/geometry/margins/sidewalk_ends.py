@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import curvature_at, pose, smooth_step
+from osm2xodr.curves import end_curvature, owners, pose, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import smooth_cubic
@@ -169,13 +169,29 @@ def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> B
     inner = lane / 2 + ends.gap[:, None] * left
     outer = inner + ends.width[:, None] * left
     curve, s = np.repeat(np.arange(len(share)), len(PROBES)), (share * rows.length[:, None]).ravel()
-    bend = ends.side[:, None] * curvature_at(rows.plan_view, curve, s).reshape(share.shape)
-    folds = (bend * (outer + defaults.CORNER_EDGE_RADIUS) > 1.0).any(axis=1)
     x, y, hdg = (item.reshape(share.shape) for item in pose(rows.plan_view, curve, s))
     t = ends.side[:, None] * (inner + outer) / 2
     # Behind that, the first place counts again.
     at = np.where(PROBES <= _COMPARED, np.arange(len(PROBES)), 0)
     x, y = (x - t * np.sin(hdg))[:, at], (y + t * np.cos(hdg))[:, at]
     return np.asarray(
-        ~folds & ~onto_lanes(rows, cars, x, y, np.zeros_like(x)) & ~onto_roads(rows.junction, parts, x, y)
+        ~_fold(ends, rows) & ~onto_lanes(rows, cars, x, y, np.zeros_like(x)) & ~onto_roads(rows.junction, parts, x, y)
     )
+
+
+def _fold(ends: SidewalkEnds, rows: ConnectingRoads) -> BoolArray:
+    """Say which sidewalks reach beyond the centre of a bend of their roads, (n,).
+
+    Curvature is largest, and its centre nearest, at the ends of records.
+    """
+    plan = rows.plan_view
+    row = owners(plan.start)
+    out = np.zeros(len(ends.row), bool)
+    for s, curvature in ((plan.s, plan.curvature), (plan.s + plan.length, end_curvature(plan))):
+        along = np.clip(s / rows.length[row], 0.0, 1.0)
+        lane = rows.entry_width[row] + (rows.exit_width - rows.entry_width)[row] * smooth_step(along)
+        gone = np.where(ends.at_start[row], along, 1.0 - along) * rows.length[row] / ends.length[row]
+        reach = lane / 2 + (ends.gap + ends.width)[row] * (1.0 - smooth_step(np.clip(gone, 0.0, 1.0)))
+        folded = (gone < 1.0) & (ends.side[row] * curvature * (reach + defaults.CORNER_EDGE_RADIUS) > 1.0)
+        np.logical_or.at(out, row, folded)
+    return out
