@@ -80,6 +80,16 @@ def end_curvature(plan: PlanView, records: slice | IntArray = slice(None)) -> Fl
     return np.asarray(plan.curvature[records] + plan.rate[records] * plan.length[records])
 
 
+def record_ends(plan: PlanView) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the curve, s, m, and curvature, 1/m, where each record begins, and then where each ends, all (2 n,).
+
+    Curvature is largest, and the centre of the bend nearest, at one of these places.
+    """
+    owner = owners(plan.start)
+    s = np.concatenate([plan.s, plan.s + plan.length])
+    return np.concatenate([owner, owner]), s, np.concatenate([plan.curvature, end_curvature(plan)])
+
+
 def record_turns(plan: PlanView) -> FloatArray:
     """Return by how much each record turns, (records,), rad."""
     return np.asarray((plan.curvature + 0.5 * plan.rate * plan.length) * plan.length)

@@ -38,6 +38,7 @@ from osm2xodr.osmParsing.roadside import (
     WayPieces,
     attach_footways,
     is_thing,
+    kerbs_along,
     node_keys,
     read_beside,
     sample_streets,
@@ -104,14 +105,14 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     by_piece = _by_piece(pieces, points)
     dense = _among_dwellings(ways, by_piece)
     known = {way for way, item in corrections.ways.items() if item.width is not None}
-    facts = street_facts(ways, by_piece, beside, nodes, points, known)
+    kerbs = kerbs_along(ways, by_piece, beside, nodes, points, known)
     width, speeds = options.default_lane_width, options.default_speeds
     attributes, directions = way_attributes(
         *(ways, rule, width, diagnostics, country),
         default_speeds=speeds,
         dense=dense,
         corrections=corrections.ways,
-        facts=facts,
+        facts=street_facts(ways, by_piece, kerbs),
     )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]

@@ -76,7 +76,7 @@ class _Copy(Generic[T]):
 
 
 class Task(Generic[T]):
-    """The result of a function, computed in a copy of this process (`apart`) or when it is asked for.
+    """The result of a function, computed once: in a copy of this process (`apart`), or when it is first asked for.
 
     The function must neither write files nor change the parent's data: only its result comes back. At the end of a
     ``with`` block the copy is stopped.

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature
+from osm2xodr.curves import record_ends
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -83,12 +83,10 @@ def _lies_badly(
     inwards = 1.0 if rule is Rule.RIGHT_HAND else -1.0
     start, end = inner_width(rows)
     start, end = start + rows.entry_width / 2, end + rows.exit_width / 2
-    plan = rows.plan_view
-    owner = np.repeat(np.arange(len(own)), np.diff(plan.start))
+    owner, _, curvature = record_ends(rows.plan_view)
     reach = np.maximum(start, end) + defaults.CORNER_EDGE_RADIUS
     bad = np.zeros(len(own), bool)
-    for curvature in (plan.curvature, end_curvature(plan)):
-        bad[owner[curvature * inwards * reach[owner] > 1.0]] = True
+    bad[owner[curvature * inwards * reach[owner] > 1.0]] = True
     bad &= own
     far = np.flatnonzero(own | (rows.length > defaults.CORNER_FAR))
     last = [lanes[-1] for lanes in rows.inner]

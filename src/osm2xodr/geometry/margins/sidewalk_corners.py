@@ -16,6 +16,7 @@ from osm2xodr.curves import (
     lengths,
     owners,
     pose,
+    record_ends,
     record_turns,
     replace_curves,
     reverse_curves,
@@ -266,15 +267,13 @@ def _crossed_by_cars(lane: InnerLane) -> InnerLane:
 
 def _folds(rows: ConnectingRoads) -> BoolArray:
     """Say which sidewalks fold at the inner edge of a bend, (rows,)."""
-    plan = rows.plan_view
-    owner = owners(plan.start)
+    owner, s, curvature = record_ends(rows.plan_view)
+    step = smooth_step(s / rows.length[owner])
+    width = rows.entry_width[owner] + step * (rows.exit_width - rows.entry_width)[owner]
+    aside = rows.entry_aside[owner] + step * (rows.exit_aside - rows.entry_aside)[owner]
+    reach = width / 2 + np.sign(curvature) * aside + defaults.CORNER_TIP_RADIUS
     out = np.zeros(len(rows.length), bool)
-    for s, curvature in ((plan.s, plan.curvature), (plan.s + plan.length, end_curvature(plan))):
-        step = smooth_step(s / rows.length[owner])
-        width = rows.entry_width[owner] + step * (rows.exit_width - rows.entry_width)[owner]
-        aside = rows.entry_aside[owner] + step * (rows.exit_aside - rows.entry_aside)[owner]
-        reach = width / 2 + np.sign(curvature) * aside + defaults.CORNER_TIP_RADIUS
-        out[owner[np.abs(curvature) * reach > 1.0]] = True
+    out[owner[np.abs(curvature) * reach > 1.0]] = True
     return out
 
 

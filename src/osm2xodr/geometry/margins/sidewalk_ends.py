@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature, owners, pose, smooth_step
+from osm2xodr.curves import pose, record_ends, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import smooth_cubic
@@ -180,18 +180,12 @@ def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> B
 
 
 def _fold(ends: SidewalkEnds, rows: ConnectingRoads) -> BoolArray:
-    """Say which sidewalks reach beyond the centre of a bend of their roads, (n,).
-
-    Curvature is largest, and its centre nearest, at the ends of records.
-    """
-    plan = rows.plan_view
-    row = owners(plan.start)
+    """Say which sidewalks reach beyond the centre of a bend of their roads, (n,)."""
+    row, s, curvature = record_ends(rows.plan_view)
+    along = np.clip(s / rows.length[row], 0.0, 1.0)
+    lane = rows.entry_width[row] + (rows.exit_width - rows.entry_width)[row] * smooth_step(along)
+    gone = np.where(ends.at_start[row], along, 1.0 - along) * rows.length[row] / ends.length[row]
+    reach = lane / 2 + (ends.gap + ends.width)[row] * (1.0 - smooth_step(np.clip(gone, 0.0, 1.0)))
     out = np.zeros(len(ends.row), bool)
-    for s, curvature in ((plan.s, plan.curvature), (plan.s + plan.length, end_curvature(plan))):
-        along = np.clip(s / rows.length[row], 0.0, 1.0)
-        lane = rows.entry_width[row] + (rows.exit_width - rows.entry_width)[row] * smooth_step(along)
-        gone = np.where(ends.at_start[row], along, 1.0 - along) * rows.length[row] / ends.length[row]
-        reach = lane / 2 + (ends.gap + ends.width)[row] * (1.0 - smooth_step(np.clip(gone, 0.0, 1.0)))
-        folded = (gone < 1.0) & (ends.side[row] * curvature * (reach + defaults.CORNER_EDGE_RADIUS) > 1.0)
-        np.logical_or.at(out, row, folded)
+    out[row[(gone < 1.0) & (ends.side[row] * curvature * (reach + defaults.CORNER_EDGE_RADIUS) > 1.0)]] = True
     return out

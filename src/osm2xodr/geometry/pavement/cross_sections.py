@@ -29,6 +29,19 @@ class LaneEdges:
     right_end: FloatArray
     longest: FloatArray  # (roads,) How many times as long as the reference line they are in the sharpest bend, or 1
 
+    def on_arms(self, roads: ConnectingRoads, rows: IntArray) -> tuple[IntArray, BoolArray, FloatArray, FloatArray]:
+        """Return the road ends that some roads (k,) touch, first with their starts, then with their ends, all (2 k,).
+
+        With each, whether left of the connecting road is left of that road, too, and t of both edges there, the right
+        one first, m.
+        """
+        end = np.concatenate([roads.entry[rows], roads.exit[rows]])
+        same = np.concatenate([roads.entry[rows] % 2 == 1, roads.exit[rows] % 2 == 0])
+        t = np.concatenate([roads.entry_t[rows], roads.exit_t[rows]])
+        left = np.concatenate([self.left_start[rows], self.left_end[rows]])
+        right = np.concatenate([self.right_start[rows], self.right_end[rows]])
+        return end, same, np.where(same, t + right, t - left), np.where(same, t + left, t - right)
+
     @classmethod
     def of(cls, roads: ConnectingRoads, rule: Rule) -> LaneEdges:
         """Return the edges of connecting roads: lanes lie at one side of the centre lane."""

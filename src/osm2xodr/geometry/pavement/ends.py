@@ -23,13 +23,7 @@ def room_before_ends(
 
     `rows` (k,), ascending, are all roads at their arms. Where lanes of an arm lead nowhere, all of it counts.
     """
-    end = np.concatenate([roads.entry[rows], roads.exit[rows]])
-    # Whether left of the connecting road is left of its arm, too.
-    same = np.concatenate([roads.entry[rows] % 2 == 1, roads.exit[rows] % 2 == 0])
-    t = np.concatenate([roads.entry_t[rows], roads.exit_t[rows]])
-    left = np.concatenate([edges.left_start[rows], edges.left_end[rows]])
-    right = np.concatenate([edges.right_start[rows], edges.right_end[rows]])
-    low, high = np.where(same, t + right, t - left), np.where(same, t + left, t - right)
+    end, same, low, high = edges.on_arms(roads, rows)
     arms, arm = np.unique(end, return_inverse=True)
     here = np.isin(faces.end, arms)
     face = np.searchsorted(arms, faces.end[here])

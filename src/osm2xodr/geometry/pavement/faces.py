@@ -76,7 +76,7 @@ class Faces:
                 if room >= defaults.FACE_LEAST_OPEN and (at, side) not in walks:
                     edge = left if side > 0 else right
                     found.append((at, -_BEHIND, _TAPER * room, edge, edge - side * room))
-        found += _beside(parts, roads, LaneEdges.of(roads, rule), ~cars)
+        found += _beside(parts, roads, LaneEdges.of(roads, rule), np.flatnonzero(~cars))
         if not found:
             return cls.none()
         ends, *columns = zip(*found, strict=True)
@@ -95,8 +95,8 @@ class Faces:
         begin = starts(count)
         first, last = begin[:-1], begin[1:] - 1
         lines = np.column_stack([px[first], py[first], px[last], py[last]])
-        ended, (highest, lowest) = [at for at, *_ in open_], np.array([t for _, *t in open_]).reshape(-1, 2).T
-        return cls(numbers[row], px, py, lines, np.array(ended, np.int64), highest, lowest)
+        ended, highest, lowest = np.array(open_, np.float64).reshape(-1, 3).T
+        return cls(numbers[row], px, py, lines, ended.astype(np.int64), highest, lowest)
 
     def meet(self, x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray, reach: FloatArray) -> FloatArray:
         """Return how far from x, y in a direction they lie, near `reach`, which stays where none is near, (n,), m."""
@@ -109,26 +109,20 @@ class Faces:
 
 
 def _beside(
-    parts: RoadParts, roads: ConnectingRoads, edges: LaneEdges, walks: BoolArray
+    parts: RoadParts, roads: ConnectingRoads, edges: LaneEdges, walks: IntArray
 ) -> list[tuple[int, float, float, float, float]]:
-    """Return the end faces between carriageways and the lanes of some connecting roads, (roads,), beside them.
+    """Return the end faces between carriageways and the lanes of some connecting roads, by their rows, beside them.
 
     Each is a road end and u and t, m, where it begins and ends.
     """
     nearest: dict[tuple[int, int], float] = {}
-    for inwards, columns in (
-        (1, (roads.entry, roads.entry_t, edges.left_start, edges.right_start)),
-        (0, (roads.exit, roads.exit_t, edges.left_end, edges.right_end)),
-    ):
-        end, middle, left, right = (column[walks] for column in columns)
-        same = end % 2 == inwards
-        low, high = middle + np.where(same, right, -left), middle + np.where(same, left, -right)
-        for at, first, last in zip(end.tolist(), low.tolist(), high.tolist(), strict=True):
-            section = parts.at_end(at).section
-            if first > section.left_edge:
-                nearest[at, 1] = min(nearest.get((at, 1), np.inf), first - section.left_edge)
-            elif last < section.right_edge:
-                nearest[at, -1] = min(nearest.get((at, -1), np.inf), section.right_edge - last)
+    end, _, low, high = edges.on_arms(roads, walks)
+    for at, first, last in zip(end.tolist(), low.tolist(), high.tolist(), strict=True):
+        section = parts.at_end(at).section
+        if first > section.left_edge:
+            nearest[at, 1] = min(nearest.get((at, 1), np.inf), first - section.left_edge)
+        elif last < section.right_edge:
+            nearest[at, -1] = min(nearest.get((at, -1), np.inf), section.right_edge - last)
     out = []
     for (at, side), gap in nearest.items():
         if gap >= defaults.GAP_CELL:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from osm2xodr.osmParsing.roadside.built_up import street_densities
 from osm2xodr.osmParsing.roadside.carriageways import street_facts
 from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
-from osm2xodr.osmParsing.roadside.kerbs import WayPieces
+from osm2xodr.osmParsing.roadside.kerbs import WayPieces, kerbs_along
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
 from osm2xodr.osmParsing.roadside.tags import is_thing, node_keys, street_node_tags, way_values
@@ -19,6 +19,7 @@ __all__ = [
     "WayPieces",
     "attach_footways",
     "is_thing",
+    "kerbs_along",
     "kerbs_beside",
     "node_keys",
     "read_beside",

@@ -10,11 +10,11 @@ import numpy as np
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.roadside.street_chains import street_chains
-from osm2xodr.osmParsing.tags import Kerbs
+from osm2xodr.osmParsing.tags import Kerbs, street_of
 
 # Carriageways whose widths, and whose middles, differ by no more than this, m, are one. A choice: kerbs are drawn no
 # better than to a quarter of a metre on both sides.
-_SAME: Final = 0.5
+SAME_CARRIAGEWAY: Final = 0.5
 # Distances and middles have so many digits, m: kerbs are drawn no better, and ways of a street become alike.
 _DIGITS: Final = 1
 
@@ -31,7 +31,8 @@ def even_out(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs], lengths: FloatA
     `lengths` (ways,) are those of the ways, m.
     """
     out = dict(kerbs)
-    for chain in street_chains(ways, [way for way, item in kerbs.items() if item.apart is not None]):
+    chosen = [way for way, item in kerbs.items() if item.apart is not None]
+    for chain in street_chains(ways, [street_of(way.tags) for way in ways], chosen):
         first = 0
         for last in range(1, len(chain) + 1):
             if last < len(chain) and _alike([_seen(kerbs[way], along) for way, along in chain[first : last + 1]]):
@@ -56,4 +57,4 @@ def _seen(kerbs: Kerbs, along: bool) -> tuple[float, float]:
 def _alike(edges: Sequence[tuple[float, float]]) -> bool:
     widths = [left - right for left, right in edges]
     middles = [(left + right) / 2.0 for left, right in edges]
-    return max(max(widths) - min(widths), max(middles) - min(middles)) <= _SAME + 1e-9
+    return max(max(widths) - min(widths), max(middles) - min(middles)) <= SAME_CARRIAGEWAY + 1e-9

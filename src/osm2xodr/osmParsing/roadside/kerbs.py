@@ -97,7 +97,7 @@ def kerbs_along(
     others = find_crossings(stations, Segments(start, end, piece[near], layers[way[near]]))
     _forget_beyond(others, piece[used], left, right)
     found = _of_ways(np.bincount(way, minlength=len(ways)), way[used], left, right)
-    return even_out(ways, found, np.bincount(way, samples.length, len(ways)).astype(np.float64))
+    return even_out(ways, found, pieces.way_lengths(len(ways)))
 
 
 def _layer(tags: Tags) -> int:

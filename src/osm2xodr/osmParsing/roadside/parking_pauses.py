@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
-from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.defaults import PARKING_PAUSE_MAX
 from osm2xodr.osmParsing.file import RawWay
+from osm2xodr.osmParsing.roadside.even_kerbs import SAME_CARRIAGEWAY
+from osm2xodr.osmParsing.roadside.kerbs import WayPieces
 from osm2xodr.osmParsing.roadside.street_chains import street_chains
 from osm2xodr.osmParsing.tags import (
     BESIDE_TAGS,
@@ -28,8 +29,7 @@ from osm2xodr.osmParsing.tags import (
     tagged_width,
 )
 
-# Carriageways whose widths differ by no more than this, m, are one, as `even_kerbs` has it.
-_SAME: Final = 0.5
+_PARKING: Final = frozenset(PARKING_TAGS)
 _LISTS: Final = frozenset((*LIST_TAGS, *TURN_TAGS))
 # Endings of keys that tell what a lane beside others is like, not that there is one.
 _DETAILS: Final = ("width", ":lane", ":oneway")
@@ -50,24 +50,25 @@ class _Stretch:
 
 
 def parking_pauses(
-    ways: Sequence[RawWay], lengths: FloatArray, kerbs: Mapping[int, Kerbs]
+    ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, Kerbs]
 ) -> dict[int, tuple[float, float]]:
     """Return the room of parked cars before or behind beside ways on which none park, left and right, m, by index.
 
-    `lengths` (ways,) are those of the ways, m; `kerbs` are those along ways, by index.
+    `pieces` are those of the ways, `kerbs` those along ways, by index.
     """
-    parked = {street_of(way.tags) for way in ways if not way.tags.keys().isdisjoint(PARKING_TAGS)} - {None}
+    parked = {street_of(way.tags) for way in ways if not _PARKING.isdisjoint(way.tags)} - {None}
     if not parked:
         return {}
-    chosen = [index for index, way in enumerate(ways) if street_of(way.tags) in parked]
+    streets = [street_of(way.tags) for way in ways]
+    chosen = [index for index, street in enumerate(streets) if street in parked]
+    lengths = pieces.way_lengths(len(ways)).tolist()
     out: dict[int, tuple[float, float]] = {}
-    for chain in street_chains(ways, chosen):
-        street = [_stretch(ways[way].tags, way, along, float(lengths[way]), kerbs.get(way)) for way, along in chain]
+    for chain in street_chains(ways, streets, chosen):
+        street = [_stretch(ways[way].tags, way, along, lengths[way], kerbs.get(way)) for way, along in chain]
         for side in (0, 1):
             for item, room in _rooms(street, side):
-                seen = list(out.get(item.way, (0.0, 0.0)))
-                seen[side if item.along else 1 - side] = room
-                out[item.way] = (seen[0], seen[1])
+                left, right = out.get(item.way, (0.0, 0.0))
+                out[item.way] = (room, right) if item.along == (side == 0) else (left, room)
     return out
 
 
@@ -103,4 +104,4 @@ def _rooms(street: Sequence[_Stretch], side: int) -> Iterator[tuple[_Stretch, fl
 def _goes_on(item: _Stretch, other: _Stretch) -> bool:
     """Whether the carriageway of a way is that of another one, as far as its tags and kerbs tell."""
     apart = abs(item.width - other.width) if item.width is not None and other.width is not None else 0.0
-    return item.lanes == other.lanes and apart <= _SAME
+    return item.lanes == other.lanes and apart <= SAME_CARRIAGEWAY

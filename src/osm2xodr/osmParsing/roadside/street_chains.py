@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from osm2xodr.osmParsing.file import RawWay
-from osm2xodr.osmParsing.tags import ends_of_streets, street_of
+from osm2xodr.osmParsing.tags import ends_of_streets
 
 
-def street_chains(ways: Sequence[RawWay], chosen: Collection[int]) -> Iterator[list[tuple[int, bool]]]:
+def street_chains(
+    ways: Sequence[RawWay], streets: Sequence[tuple[str, ...] | None], chosen: Collection[int]
+) -> Iterator[list[tuple[int, bool]]]:
     """Yield chosen ways (by index) of one street, one behind the other, each with whether it runs along the chain.
 
-    A street continues at a node where exactly two of its ways end.
+    `streets` are those of the ways, as `street_of` has them. A street continues at a node where exactly two of its
+    ways end.
     """
-    streets = [street_of(way.tags) for way in ways]
     meeting = ends_of_streets(ways, streets)
     among, done = frozenset(chosen), set[int]()
 

@@ -30,7 +30,7 @@ from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
-from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, without_parking
+from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, with_free_room
 from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
@@ -158,7 +158,7 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
     backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
-    margins = without_parking(read_margins(tags, runs_one_way, rule, findings), facts.no_parking, findings)
+    margins = with_free_room(read_margins(tags, runs_one_way, rule, findings), facts.no_parking, findings)
     slots = _with_known_widths([slot for slot, _ in lanes], way.known_widths)
     carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, facts, findings)
     usual = way.default_lane_width or _usual_width(groups, tags["highway"], way.country, way.in_town)

@@ -121,7 +121,7 @@ def read_margins(tags: Tags, direction: int, rule: Rule, findings: Findings) -> 
     return Margins(_shared(left), _shared(right), parking_left, parking_right)
 
 
-def without_parking(margins: Margins, room: tuple[float, float], findings: Findings) -> Margins:
+def with_free_room(margins: Margins, room: tuple[float, float], findings: Findings) -> Margins:
     """Return margins with the room, left and right, m, that cars parked before and behind leave beside a way."""
     left, right = room
     if not left and not right:
