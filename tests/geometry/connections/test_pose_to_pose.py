@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings, strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
 from osm2xodr.curves.plan_views import curves_of
+from osm2xodr.defaults import MOST_SWING
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, swings_out, turns_on_the_spot
 from osm2xodr.model import PlanView
 
@@ -28,9 +29,9 @@ def poses(near: float = 0.0) -> st.SearchStrategy[tuple[Pose, Pose]]:
 
 
 def _behind(one: Pose, other: Pose) -> bool:
-    """Whether a pose lies behind the other and looks the same way, so that there is no shortest way round."""
+    """Whether a pose lies behind and looks the same way: only turns by more than `MOST_SWING` lead there."""
     ahead = (other.x - one.x) * math.cos(one.hdg) + (other.y - one.y) * math.sin(one.hdg)
-    return one.turn(other) < 1e-3 and ahead < 1.0
+    return one.turn(other) < 2 * math.pi - MOST_SWING and ahead < 1.0
 
 
 def assert_joins(plan: PlanView, one: Pose, other: Pose, close: float = 1e-6) -> None:
