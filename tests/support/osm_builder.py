@@ -62,7 +62,7 @@ class Area:
     def parse(self, folder: Path, options: ParseOptions | None = None) -> tuple[StreetNetwork, Diagnostics]:
         """Write the area and read it; by default, limits and sidewalks are not guessed."""
         diagnostics = Diagnostics()
-        plain = ParseOptions(default_speeds=False, guessed_sidewalks=False)
+        plain = ParseOptions(default_speeds=False, guessed_sidewalks=False, guessed_shoulders=False)
         network = parse_osm(self.write(folder), options or plain, diagnostics)
         return network, diagnostics
 

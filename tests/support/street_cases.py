@@ -141,7 +141,7 @@ def _network(osm: str, rule: Rule, diagnostics: Diagnostics) -> StreetNetwork:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "case.osm"
         path.write_text(osm, encoding="utf-8")
-        return parse_osm(path, ParseOptions(guessed_sidewalks=False, rule=rule), diagnostics)
+        return parse_osm(path, ParseOptions(guessed_sidewalks=False, guessed_shoulders=False, rule=rule), diagnostics)
 
 
 @cache

@@ -21,7 +21,7 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.geometry.merge_setbacks import merge_stems
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneSection, LaneType, RoadMark, Rule
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneSection, RoadMark, Rule
 
 # Edges of lanes are looked at every so many metres, but not at their ends.
 _SPACING: Final = 1.0
@@ -89,7 +89,7 @@ class _Places(NamedTuple):
 
 def _edges(connecting: ConnectingRoads, wanted: IntArray, sides: tuple[int, int]) -> list[list[_Edge]]:
     """Return what the left (1) and right (-1) edges of some connecting roads' lanes are, side after side."""
-    driven = np.array([kind is not LaneType.SIDEWALK for kind in connecting.lane_type], bool)
+    driven = ~connecting.beside_cars()
     there = np.isin(connecting.junction, connecting.junction[wanted])
     places = _Places.along(connecting, np.flatnonzero(driven & there))
     own = places.chosen(np.isin(places.row, wanted))

@@ -40,7 +40,7 @@ from osm2xodr.geometry.heights import (
     spread_curves,
 )
 from osm2xodr.geometry.pavement import Floor
-from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, LaneType, PlanView
+from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
 
 # The lanes of a junction that keeps its crossfall turn by this at most, rad, and lie askew to their reference lines
 # by this at most, rad. Choices: carriageways that part within 30 m; gores are far more acute.
@@ -146,7 +146,7 @@ def _straight_junctions(problem: ProfileProblem, connecting: ConnectingRoads) ->
     plan = chosen_curves(connecting.plan_view, row)
     every = np.arange(len(row))
     begin, end = (pose(plan, every, s)[2] for s in (np.zeros(len(row)), length))
-    plain = np.array([connecting.lane_type[k] is not LaneType.SIDEWALK for k in row.tolist()], bool)
+    plain = ~connecting.beside_cars()[row]
     straight = plain & ~connecting.against[row] & (np.abs(wrapped(end - begin)) <= _MOST_TURN)
     fits[connecting.junction[row[~straight]]] = False
     return fits

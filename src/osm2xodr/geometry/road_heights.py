@@ -27,7 +27,6 @@ from osm2xodr.model import (
     BoolArray,
     FloatArray,
     IntArray,
-    LaneType,
     PlanView,
     Street,
     StreetAttributes,
@@ -140,7 +139,7 @@ def _speed(attributes: StreetAttributes) -> float:
 
 
 def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
-    """Ask for the heights of all connecting roads; those of sidewalks follow what cars drive on."""
+    """Ask for the heights of all connecting roads; those beside cars follow what these drive on."""
     aside = np.maximum(np.abs(connecting.entry_aside), np.abs(connecting.exit_aside))
     # A sidewalk that goes its own way runs along its middle, with all that lies inside of it at one side.
     aside = np.where(aside > 0.0, aside, np.maximum(*inner_width(connecting)))
@@ -152,7 +151,7 @@ def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
         start_t=connecting.entry_t,
         end_t=connecting.exit_t,
         half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2 + aside,
-        beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.lane_type], bool),
+        beside=connecting.beside_cars(),
     )
 
 

@@ -153,6 +153,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             default_speeds=not options.no_default_speeds,
             corrections=corrections,
             guessed_sidewalks=not options.no_guessed_sidewalks,
+            guessed_shoulders=not options.no_guessed_shoulders,
         )
     surface = SurfaceOptions(
         options.surface,

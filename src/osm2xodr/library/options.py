@@ -123,6 +123,10 @@ class ConvertOptions:
         "Write only the sidewalks that OSM gives, none that streets in towns usually have.",
         negates="guessed_sidewalks",
     )
+    no_guessed_shoulders: bool = _flag(
+        "Write only the shoulders that OSM gives, none that motorways usually have.",
+        negates="guessed_shoulders",
+    )
     surface: str = _option(
         "How heights between the cells of the elevation model are found.",
         default=SURFACE_METHOD,

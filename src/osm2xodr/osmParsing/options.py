@@ -50,6 +50,7 @@ class ParseOptions:
     extra_objects: frozenset[str] = frozenset()  # Things read beside streets on request: ``lamps``, ``trees``
     default_speeds: bool = True  # Whether streets without a limit get the usual one of the country, place and class
     guessed_sidewalks: bool = True  # Whether streets in towns get sidewalks where no tag says anything of any
+    guessed_shoulders: bool = True  # Likewise hard shoulders beside motorways
     frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
     corrections: Corrections = field(default_factory=Corrections)  # What the user knows better than OSM
 

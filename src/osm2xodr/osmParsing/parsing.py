@@ -44,6 +44,7 @@ from osm2xodr.osmParsing.roadside import (
     sample_streets,
     street_densities,
     street_facts,
+    with_guessed_shoulders,
     with_guessed_sidewalks,
 )
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
@@ -137,6 +138,8 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     if options.furniture and options.guessed_sidewalks:
         # Last, as a sidewalk is evidence of a built-up area where it is tagged.
         streets = with_guessed_sidewalks(streets, samples.lines, footways, tags, dense, diagnostics)
+    if options.furniture and options.guessed_shoulders:
+        streets = with_guessed_shoulders(streets, tags, rule, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,

@@ -31,6 +31,7 @@ OF_KERBS = (
 )
 OF_PARSING = (
     *("LANE_WIDTH_MIN", "LANE_WIDTH_MAX", "LANES_BESIDE_PARKING", "PARKING_PAUSE_MAX", "TOWN_SPEED_MAX_KMH"),
+    "SHOULDER_WIDTH",
     *OF_KERBS,
 )
 DEFAULTS = values(shared) | values(of_lanes) | values(of_margins)

@@ -382,7 +382,7 @@ def roads_of(ways: dict[int, tuple[tuple[int, int], str]], country: str) -> list
     with TemporaryDirectory() as folder:
         path = Path(folder) / "area.osm"
         path.write_text(f'<osm version="0.6">{"".join(lines)}</osm>', encoding="utf-8")
-        network = parse_osm(path, ParseOptions(guessed_sidewalks=False), Diagnostics())
+        network = parse_osm(path, ParseOptions(guessed_sidewalks=False, guessed_shoulders=False), Diagnostics())
     return list(build_roads(replace(network, country=country), FlatSurface(), Diagnostics()).roads)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from osm2xodr.geometry.connections.arm_setbacks import Turns, set_back_arms
 from osm2xodr.geometry.connections.connecting_roads import (
+    BESIDE_CARS,
     ConnectingRoads,
     InnerLane,
     build_connecting_roads,
@@ -28,6 +29,7 @@ from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.tighter_ways import draw_tighter
 
 __all__ = [
+    "BESIDE_CARS",
     "ConnectingRoads",
     "InnerLane",
     "LaneLinks",

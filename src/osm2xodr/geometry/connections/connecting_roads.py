@@ -1,4 +1,4 @@
-"""Connecting roads: one for each lane that leads to a lane through a junction, or sidewalk round a corner."""
+"""Connecting roads: one for each lane that leads to another through a junction, or strip beside it round a corner."""
 
 from __future__ import annotations
 
@@ -36,6 +36,9 @@ from osm2xodr.system import map_parallel
 
 # About so many lane links are drawn together: enough to be worth a copy of the process.
 _AT_ONCE: Final = 5000
+
+# Types of lanes beside the carriageway that connecting roads of their own lead on.
+BESIDE_CARS: Final = frozenset({LaneType.SIDEWALK, LaneType.SHOULDER})
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,10 @@ class ConnectingRoads:
     def for_vehicles(self) -> BoolArray:
         """Return which of them are for motor vehicles, (n,)."""
         return np.array([kind in VEHICLE_LANES for kind in self.lane_type], bool)
+
+    def beside_cars(self) -> BoolArray:
+        """Return which of them lead sidewalks or shoulders on, which are no part of the carriageway, (n,)."""
+        return np.array([kind in BESIDE_CARS for kind in self.lane_type], bool)
 
     def change_start(self) -> FloatArray:
         """Return from where on lanes change, in a smooth step to their ends, from one width to the other, s, (n,), m.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
+from osm2xodr.geometry.connections import BESIDE_CARS, ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import LaneLayout
 from osm2xodr.geometry.margins import defaults
@@ -51,9 +51,9 @@ def with_lanes_of_sections(
 
 
 def _leads_strips(parts: RoadParts, kind: LaneType, end: int, lane: int) -> bool:
-    """Whether a connecting road leads strips beside the carriageway on: a sidewalk, or a cycle track."""
+    """Whether a connecting road leads strips beside the carriageway on: a sidewalk, shoulder or cycle track."""
     if kind is not LaneType.BIKING:
-        return kind is LaneType.SIDEWALK
+        return kind in BESIDE_CARS
     section = parts.at_end(end).section
     return abs(lane) > len(section.left if lane > 0 else section.right)
 

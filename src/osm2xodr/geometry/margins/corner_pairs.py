@@ -1,4 +1,7 @@
-"""Which sidewalks face each other round the corners of junctions: those of each arm and of its neighbour."""
+"""Which sidewalks face each other round the corners of junctions: those of each arm and of its neighbour.
+
+Cycle tracks without a sidewalk beside them, and shoulders without either, count as such.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +85,7 @@ def find_corners(
 def walks_at(
     parts: RoadParts, margins: Sequence[Margins], places: Iterable[tuple[int, int]]
 ) -> dict[tuple[int, int], Sidewalk]:
-    """Return the sidewalks, or cycle tracks without one, at road ends and sides of their roads."""
+    """Return the sidewalks, or cycle tracks or shoulders without one, at road ends and sides of their roads."""
     found = (
         ((end, side), _sidewalk(parts, margins[end // 2], end, side)) for end, side in places if margins[end // 2]
     )
@@ -90,7 +93,7 @@ def walks_at(
 
 
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
-    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end, else the cycle track."""
+    """Return the sidewalk, else track, else shoulder at a side (left 1, right -1, along the road) of a road end."""
     section = parts.at_end(end).section
     t = section.left_edge if side > 0 else section.right_edge
     inner: list[tuple[int, MarginSpec]] = []
@@ -100,6 +103,8 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
             track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
         if strip.type is LaneType.SIDEWALK:
             return track
+        if strip.type is LaneType.SHOULDER and not inner:
+            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, (), strip.type)
         inner.insert(0, (lane, strip))
         t += side * strip.width
     return track
@@ -142,7 +147,12 @@ def _pairs(
 
 
 def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
-    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such."""
+    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such.
+
+    Shoulders do not: what comes in from there crosses them.
+    """
+    if kind is LaneType.SHOULDER:
+        return False
     here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
     if kind is LaneType.BIKING:
         return kind not in here

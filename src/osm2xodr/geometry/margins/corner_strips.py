@@ -24,7 +24,7 @@ _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
 @dataclass(frozen=True, slots=True)
 class Sidewalk:
-    """A sidewalk, or a cycle track without one beside it, at a road end."""
+    """A sidewalk, or a cycle track or shoulder without one beside it, at a road end."""
 
     lane: int  # Its lane id
     t: float  # Of its middle, m

@@ -52,7 +52,8 @@ def sidewalk_corners(
     leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
     OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
     road for `cars` touches are no part of the junction. Past driveways without sidewalks it runs on, as low as the
-    carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none.
+    carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none. Shoulders
+    without either lead from arm to arm likewise, such as from a motorway to its exit.
     """
     corners = find_corners(parts, margins, cars, rule, junctions)
     none = cars.chosen(np.zeros(len(cars.length), bool))

@@ -1,4 +1,4 @@
-"""Sidewalks that lead nowhere at a junction, as the next arm has none, end along the kerb of its corner."""
+"""Sidewalks and shoulders that lead nowhere at a junction, as the next arm has none, end along its corner's kerb."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _COMPARED: Final = 0.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SidewalkEnds:
-    """Sidewalks that become narrower beside the lanes of connecting roads, in a smooth step, until they end, (n,)."""
+    """Sidewalks and shoulders that narrow to nothing, in a smooth step, beside lanes of connecting roads, (n,)."""
 
     row: IntArray  # Index of the connecting road
     side: IntArray  # The side of it: left 1, right -1
@@ -38,6 +38,7 @@ class SidewalkEnds:
     width: FloatArray
     gap: FloatArray
     height: FloatArray  # Above the road, m
+    shoulder: BoolArray  # Whether it is a shoulder
     length: FloatArray  # Over which they end, m
 
     def chosen(self, keep: BoolArray | IntArray) -> SidewalkEnds:
@@ -47,7 +48,8 @@ class SidewalkEnds:
     def lanes(self, k: int, road: float) -> Iterator[tuple[LaneType, tuple[Cubic, ...], float]]:
         """Yield type, widths and height, m, of the lanes of the k-th one, outwards; its road is so long, m."""
         length, height = min(float(self.length[k]), road), float(self.height[k])
-        for kind, width in ((LaneType.BORDER, float(self.gap[k])), (LaneType.SIDEWALK, float(self.width[k]))):
+        own = LaneType.SHOULDER if self.shoulder[k] else LaneType.SIDEWALK
+        for kind, width in ((LaneType.BORDER, float(self.gap[k])), (own, float(self.width[k]))):
             if width < defaults.NARROWEST_FILLING:
                 continue
             if self.at_start[k]:
@@ -60,7 +62,7 @@ class SidewalkEnds:
 def find_sidewalk_ends(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads, rule: Rule
 ) -> SidewalkEnds:
-    """Return where sidewalks that none of the `corners` joins end within junctions, beside the roads of `cars`."""
+    """Return where sidewalks and shoulders that no corner joins end within junctions, beside the roads of `cars`."""
     joined = {
         (end, lane > 0)
         for ends, lanes in ((corners.entry, corners.entry_lane), (corners.exit, corners.exit_lane))
@@ -69,7 +71,7 @@ def find_sidewalk_ends(
     ends = dict.fromkeys(np.union1d(cars.entry, cars.exit).tolist())
     places = [(end, side) for end in ends for side in (1, -1) if (end, side > 0) not in joined]
     known = walks_at(parts, margins, places)
-    walks = {place: walk for place, walk in known.items() if walk.type is LaneType.SIDEWALK}
+    walks = {place: walk for place, walk in known.items() if walk.type is not LaneType.BIKING}
     incoming = 1 if rule is Rule.RIGHT_HAND else -1
     rings = arms_in_order(parts, walks, incoming) if walks else ()
     connected = [[end for end in arms if end in ends] for _, arms in rings]
@@ -141,7 +143,8 @@ def _that_fit(
     off = np.array([_off_kerb(edge, parts, cars) for edge, *_ in found])
     whole = off < defaults.CORNER_ONTO_LANE
     most = cars.length[row] * np.where(whole, 1.0, _PART)
-    ends = SidewalkEnds(row, side, at_start, width, gap, height, most)
+    shoulder = np.array([walk.type is LaneType.SHOULDER for _, walk, _ in found], bool)
+    ends = SidewalkEnds(row, side, at_start, width, gap, height, shoulder, most)
     good = np.zeros(len(row), bool)
     for longest in _LONGEST:
         ends = replace(ends, length=np.where(good, ends.length, np.minimum(most, longest)))

@@ -1,13 +1,15 @@
 """Things and footways beside streets.
 
 `things` collects what lies within `reach` of streets; `parallel_footways` makes sidewalks and bicycle tracks of
-footways that are mapped apart, `guessed_sidewalks` adds those of streets in towns that nobody has tagged.
+footways that are mapped apart, `guessed_sidewalks` adds those of streets in towns that nobody has tagged, and
+`guessed_shoulders` those of motorways.
 """
 
 from __future__ import annotations
 
 from osm2xodr.osmParsing.roadside.built_up import street_densities
 from osm2xodr.osmParsing.roadside.carriageways import street_facts
+from osm2xodr.osmParsing.roadside.guessed_shoulders import with_guessed_shoulders
 from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces, kerbs_along
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
@@ -29,5 +31,6 @@ __all__ = [
     "street_node_tags",
     "way_values",
     "ways_beside",
+    "with_guessed_shoulders",
     "with_guessed_sidewalks",
 ]

@@ -13,7 +13,7 @@ from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
-from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_sidewalks
+from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_shoulders, tells_of_sidewalks
 from osm2xodr.osmParsing.tags.node_facts import (
     node_heights,
     parse_ele,
@@ -71,6 +71,7 @@ __all__ = [
     "street_of",
     "structure_of",
     "tagged_width",
+    "tells_of_shoulders",
     "tells_of_sidewalks",
     "turned_round",
     "turning_circles",

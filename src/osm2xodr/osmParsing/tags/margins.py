@@ -141,6 +141,11 @@ def tells_of_sidewalks(tags: Tags) -> bool:
     return not tags.keys().isdisjoint(_ON_FOOT_TAGS)
 
 
+def tells_of_shoulders(tags: Tags) -> bool:
+    """Whether the tags of a way say anything of shoulders."""
+    return not tags.keys().isdisjoint(_SHOULDER_TAGS)
+
+
 def _known(width: float | None, usual: float, what: str, guessed: set[str]) -> float:
     if width is None:
         guessed.add(f"{what} of {usual:g} m")
