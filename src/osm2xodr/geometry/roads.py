@@ -61,6 +61,17 @@ class _Lanes:
     diagnostics: Diagnostics  # What was found meanwhile
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Heights:
+    """The heights of roads, and what they follow from."""
+
+    problem: ProfileProblem
+    solution: ProfileSolution
+    lines: CrossfallLines  # Reference lines of connecting roads through junctions that crossfall may run through
+    borders: Borders | None
+    diagnostics: Diagnostics  # What was found meanwhile
+
+
 def build_roads(
     network: StreetNetwork,
     surface: Surface,
@@ -99,15 +110,12 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics, neighbourhood is not None, jobs)
     release_memory()
     advance(0.45)
-    found = Diagnostics()
-    problem, borders = _pose_heights(network, plan, neighbourhood, elevation_options, found)
-    carried, lines = find_crossfall_lines(problem, plan.connecting)
-    problem = replace(problem, carried=carried)
-    solve = partial(_solve_heights, problem, surface, elevation_options, ground() if ground else None)
+    known = ground() if ground else None
+    solve = partial(_find_heights, network, plan, surface, elevation_options, known, neighbourhood)
     # Heights need neither lanes nor sidewalks; nor does the floor need heights, but for sidewalks that are too steep.
     # In hills heights take longest, and the floor is laid beside lanes. On flat ground sidewalks take longer than
     # heights, and furniture as long as the floor.
-    hills, flat = jobs > 1 and ground is not None, jobs > 1 and ground is None
+    hills, flat = jobs > 1 and known is not None, jobs > 1 and known is None
     sides_of = partial(lay_out_sides, network, plan)
     with Task(solve, apart=hills) as heights, Task(sides_of, apart=flat) as beside:
         carriageways = _lay_out_carriageways(network, plan)
@@ -117,18 +125,15 @@ def build_roads(
         every = plan.connecting.joined(sides.corners)
         with Task(partial(lay_out_floor, network, plan, every), apart=hills) as laid:
             lanes = _lay_out_lanes(network, plan, carriageways, sides, every)
-            solution, of_heights = heights.result()
+            solved = heights.result()
             advance(0.75)
-            for item in (sides.diagnostics, found, of_heights, lanes.diagnostics):
+            for item in (sides.diagnostics, solved.diagnostics, lanes.diagnostics):
                 diagnostics.extend(item)
-            steep = _steep_sidewalks(network, plan, sides.corners, solution, diagnostics)
+            steep = _steep_sidewalks(network, plan, sides.corners, solved.solution, diagnostics)
             through = lanes.through.chosen(~steep) if steep.any() else lanes.through
-            if borders is not None:
-                order = np.unique(through.junction, return_index=True)[1]
-                borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-            lines = lines.chosen(_keep_crossfall(problem, solution)[through.junction[lines.row]])
+            lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
             carrying = on_crossfall_lines(through, lines)
-            road_map = _road_map(network, plan, problem, solution, carrying, lines, lanes, borders, diagnostics)
+            road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)
             if hills:
                 # Before furniture takes another copy of the process, so that no more than two are there at once.
                 laid.result()
@@ -136,7 +141,7 @@ def build_roads(
                 on_lanes(road_map)
             floor = floor_without(network, plan, every, laid.result(), steep)
     # The floor lies beside the carriageways whose clearances are looked at.
-    road_map = with_clearances(road_map, problem, diagnostics)
+    road_map = with_clearances(road_map, solved.problem, diagnostics)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
@@ -166,15 +171,25 @@ def _lay_out_lanes(
     return _Lanes(lanes, through, marks, priorities, found)
 
 
-def _solve_heights(
-    problem: ProfileProblem, surface: Surface, options: ElevationOptions | None, ground: Ground | None
-) -> tuple[ProfileSolution, Diagnostics]:
+def _find_heights(
+    network: StreetNetwork,
+    plan: RoadPlan,
+    surface: Surface,
+    options: ElevationOptions | None,
+    ground: Ground | None,
+    neighbourhood: Neighbourhood | None,
+) -> _Heights:
+    """Ask for the heights of all roads, and solve them."""
     found = Diagnostics()
-    return solve_profiles(problem, surface, found, options, ground), found
+    problem, borders = _pose_heights(network, plan, neighbourhood, options, found)
+    carried, lines = find_crossfall_lines(problem, plan.connecting)
+    problem = replace(problem, carried=carried)
+    return _Heights(problem, solve_profiles(problem, surface, found, options, ground), lines, borders, found)
 
 
-def _keep_crossfall(problem: ProfileProblem, solution: ProfileSolution) -> BoolArray:
+def _keep_crossfall(heights: _Heights) -> BoolArray:
     """Return the junctions whose arms have a superelevation where they end, (J,)."""
+    problem, solution = heights.problem, heights.solution
     out = np.zeros(len(problem.junction_xy), bool)
     if solution.end_superelevation is not None:
         junction = problem.end_junction.ravel()
@@ -216,34 +231,38 @@ def _steep_sidewalks(
 def _road_map(
     network: StreetNetwork,
     plan: RoadPlan,
-    problem: ProfileProblem,
-    solution: ProfileSolution,
+    heights: _Heights,
     through: ConnectingRoads,
     lines: CrossfallLines,
     laid: _Lanes,
-    borders: Borders | None,
     diagnostics: Diagnostics,
+    jobs: int,
 ) -> RoadMap:
     """Put everything together but the floor of junctions; `through` are all roads through these, some on `lines`."""
     parts, layout, lanes, priorities = plan.parts, plan.layout, laid.lanes, laid.priorities
+    solution, borders = heights.solution, heights.borders
     ids = RoadIds(len(parts.length), len(through.length))
-    elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
+    if borders is not None:
+        order = np.unique(through.junction, return_index=True)[1]
+        borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
+    profiles = partial(connector_profiles, heights.problem, build_connector_problem(through), solution)
+    with Task(profiles, apart=jobs > 1) as found:
+        roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
+        connecting = connecting_road_records(through, parts, lanes, ids, network.rule, lines, laid.marks)
+        junctions = junction_records(network, layout, through, priorities, ids)
+        places = street_places(network, layout, parts, ids.road, ids.driven_junctions(layout, plan.connecting))
+        offset = connecting_lane_offsets(through, network.rule, lines)
+        elevation, superelevation = found.result()
     level = profile_of([() for _ in lanes])
-    roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
-        roads=(
-            *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule, lines, laid.marks),
-        ),
-        junctions=junction_records(network, layout, through, priorities, ids),
+        roads=(*roads, *connecting),
+        junctions=junctions,
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),
         elevation=stack_profiles(solution.elevation, elevation),
         superelevation=stack_profiles(solution.superelevation or level, superelevation),
-        lane_offset=stack_profiles(
-            profile_of([item.offset for item in lanes]), connecting_lane_offsets(through, network.rule, lines)
-        ),
+        lane_offset=stack_profiles(profile_of([item.offset for item in lanes]), offset),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(plan.connecting.length.sum()) / 1000,
@@ -253,6 +272,6 @@ def _road_map(
         },
         elevation_report=solution.report,
         country=network.country,
-        places=street_places(network, layout, parts, ids.road, ids.driven_junctions(layout, plan.connecting)),
+        places=places,
         borders=borders,
     )
