@@ -170,21 +170,25 @@ def curves_apart(one: PlanView, there: IntArray, other: PlanView, back: IntArray
     They are compared at so many places each.
     """
     (ax, ay), (bx, by) = _places(one, there, places), _places(other, back, places)
-    least = np.full(len(ax), np.inf)
+    least = np.full(len(there), np.inf)
     # One place of the ways there after the other, so that no large table of all places arises.
-    for k in range(places):
-        square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
-        np.minimum(least, square.min(axis=1), out=least)
+    for x, y in zip(ax, ay, strict=True):
+        square, across = bx - x, by - y
+        square *= square
+        across *= across
+        square += across
+        np.minimum(least, square.min(axis=0), out=least)
     return np.asarray(np.sqrt(least))
 
 
 def _places(plan: PlanView, curve: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return so many places along curves, all but their ends, (n, count)."""
+    """Return so many places along curves, all but their ends, (count, n)."""
     length = lengths(plan, curve)
     lead = np.minimum(_LEAD, length / 2)
     s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, count)
     x, y, _ = pose(plan, np.repeat(curve, count), s.ravel())
-    return x.reshape(s.shape), y.reshape(s.shape)
+    # Faster than one curve after the other: least distances are looked for along the first axis.
+    return np.ascontiguousarray(x.reshape(s.shape).T), np.ascontiguousarray(y.reshape(s.shape).T)
 
 
 def turns_on_the_spot(plan: PlanView) -> BoolArray:
