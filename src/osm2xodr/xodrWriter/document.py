@@ -14,7 +14,7 @@ from osm2xodr.conventions import Target
 from osm2xodr.curves import advance
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
+from osm2xodr.model import FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.even_steps import plan_of_even_steps
@@ -24,7 +24,7 @@ from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
-from osm2xodr.xodrWriter.tables import are_zero, cubic_texts, plan_view_texts
+from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.words import Words
 
 # Roads and junctions per block of text, 1 to 2 MB: processes that make them in turns take about equally long, and
@@ -159,9 +159,9 @@ class _RoadBlocks:
             RoadTables,
             lengths[first:last].tolist(),
             plan_view_texts(road_map.plan_view, first, last),
-            _texts_if_not_zero(road_map.elevation, lengths, "elevation", first, last),
-            _texts_if_not_zero(road_map.superelevation, lengths, "superelevation", first, last),
-            _texts_if_not_zero(road_map.lane_offset, lengths, "laneOffset", first, last),
+            cubic_texts(road_map.elevation, lengths, "elevation", first, last),
+            cubic_texts(road_map.superelevation, lengths, "superelevation", first, last),
+            cubic_texts(road_map.lane_offset, lengths, "laneOffset", first, last),
             _unmeasured_texts(road_map, first, last),
         )
         roads = road_map.roads[first:last]
@@ -192,12 +192,6 @@ def _junctions(road_map: RoadMap, words: Words, controllers: Mapping[int, str], 
     """Return the text of a block of junctions; `controllers` is what is within them."""
     block = road_map.junctions[first : first + _JUNCTIONS_PER_BLOCK]
     return "".join([junction_text(item, words, controllers.get(item.id, "")) for item in block])
-
-
-def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
-    """Return the records of profiles, one text per curve, empty where a profile is 0 throughout."""
-    texts = cubic_texts(profile, lengths, element, first, last)
-    return ["" if zero else text for text, zero in zip(texts, are_zero(profile, lengths, first, last), strict=True)]
 
 
 def _unmeasured_texts(road_map: RoadMap, first: int, last: int) -> list[str]:

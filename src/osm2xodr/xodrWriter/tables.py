@@ -47,14 +47,20 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
 
 
 def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
-    """Return the records of the curves from `first` up to `last` as `element`, one text per curve, maybe empty.
+    """Return the records of the curves from `first` up to `last` as `element`, one text per curve.
 
-    `lengths` (curves,), m, are those of all curves: where last records end.
+    It is empty for curves that are 0 everywhere or have no records. `lengths` (curves,), m, are those of all curves:
+    where last records end.
     """
-    values = np.column_stack(_cubic_columns(profile, lengths, first, last)).ravel()
+    start = profile.start[first : last + 1] - profile.start[first]
+    table = np.column_stack(_cubic_columns(profile, lengths, first, last))
+    before = np.concatenate([[0], np.cumsum(table[:, 1:].any(axis=1))])
+    written = np.diff(before[start]) > 0
+    counts = np.diff(start)
+    values = table[np.repeat(written, counts)].ravel()
     pattern = _CUBIC.replace("%s", element)
-    counts = np.diff(profile.start[first : last + 1]).tolist()
-    return _per_curve(_BETWEEN.join([pattern * count for count in counts]) % tuple(values.tolist()), last - first)
+    patterns = [pattern * count if count else "" for count in np.where(written, counts, 0).tolist()]
+    return _per_curve(_BETWEEN.join(patterns) % tuple(values.tolist()), last - first)
 
 
 def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[FloatArray]:
@@ -72,14 +78,6 @@ def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last:
         rounded(profile.a[records], POSITION_DECIMALS),
         *(rounded(coefficients[k][records], _END_DECIMALS + k * digits) for k in (1, 2, 3)),
     ]
-
-
-def are_zero(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[bool]:
-    """Return for each curve from `first` up to `last` whether its profile is 0 everywhere, or has no records."""
-    nonzero = np.any(_cubic_columns(profile, lengths, first, last)[1:], axis=0)
-    before = np.concatenate([[0], np.cumsum(nonzero)])
-    start = profile.start[first : last + 1] - profile.start[first]
-    return [bool(count == 0) for count in np.diff(before[start])]
 
 
 def _per_curve(text: str, count: int) -> list[str]:
