@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Final
 
 from osm2xodr.model.corrections import Corrections
 from osm2xodr.model.shared import (
@@ -19,6 +20,8 @@ from osm2xodr.model.shared import (
     Structure,
 )
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
+
+_CAR_LANES: Final = (LaneType.DRIVING, LaneType.BIDIRECTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,8 +121,9 @@ class StreetAttributes:
 
         Lanes for bicycles or buses may run against a one-way street without making it a two-way street.
         """
-        for_cars = [lane for lane in self.lanes_ltr if lane.type in (LaneType.DRIVING, LaneType.BIDIRECTIONAL)]
-        return frozenset(lane.direction for lane in for_cars or self.lanes_ltr)
+        # Read more than a million times in a city.
+        for_cars = {lane.direction for lane in self.lanes_ltr if lane.type in _CAR_LANES}
+        return frozenset(for_cars or {lane.direction for lane in self.lanes_ltr})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
