@@ -28,8 +28,10 @@ TECHNICAL = {
         "_SAME_RATIO",
         "_ROWS_AT_ONCE",
         "_PAIRS_AT_ONCE",
+        "_PAIRS_PER_SHARE",
         "_DISTANCES_AT_ONCE",
         "_AT_ONCE",
+        "_CHANGED_AT_ONCE",
     ),
     *(
         "_PIECE_LENGTH",

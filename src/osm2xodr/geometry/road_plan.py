@@ -15,6 +15,7 @@ from osm2xodr.geometry.connections import (
     LaneLinks,
     beyond_streets,
     build_connecting_roads,
+    change_in_parts,
     clear_arms_at_last,
     clear_overrun_arms,
     detours,
@@ -127,11 +128,10 @@ def plan_roads(
         report_corners(fitted, diagnostics)
     fitted = separate_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
-    layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
+    layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics, jobs)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
     cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
-    connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
-    connecting = draw_tighter(cut.ends, cut.layout, cut.parts, connecting)
+    connecting = change_in_parts(partial(_turned, cut), connecting, jobs)
     connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
@@ -158,10 +158,15 @@ def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
 
 
 def _lay_out_junctions(
-    network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, options: RoadOptions, diagnostics: Diagnostics
+    network: StreetNetwork,
+    fitted: FittedStreets,
+    ends: StreetEnds,
+    options: RoadOptions,
+    diagnostics: Diagnostics,
+    jobs: int,
 ) -> tuple[JunctionLayout, list[Movement]]:
     """Find the junctions and the ways through them, loops at dead ends included."""
-    layout = lay_out_junctions(network, ends, diagnostics)
+    layout = lay_out_junctions(network, ends, diagnostics, jobs)
     refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
     movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
@@ -203,11 +208,11 @@ def _connect(
     links = find_lane_links(cut.parts, movements, network.rule)
     connecting = drawn(cut, links)
     u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
-    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns))
+    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns, jobs))
     if roomy is not cut:
         before, links = links, find_lane_links(roomy.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    free = _with_arms_cleared(network, roomy, connecting)
+    free = _with_arms_cleared(network, roomy, connecting, jobs)
     if free is not roomy:
         roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
@@ -229,13 +234,13 @@ def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -
 
 
 def _with_room_to_turn(
-    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, u_turns: BoolArray
+    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, u_turns: BoolArray, jobs: int
 ) -> CutStreets:
     """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
     # U-turns go round the nose of a median wherever it is.
     trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
     trim = set_back_stems(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns), trim)
-    trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim)
+    trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim, jobs)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     trim = _within_streets(cut, trim)
     if (trim == cut.layout.trim).all():
@@ -252,10 +257,10 @@ def _within_streets(cut: CutStreets, trim: FloatArray) -> FloatArray:
     return np.where(trim > cut.layout.trim, cut.layout.trim + np.repeat(share, 2) * (trim - cut.layout.trim), trim)
 
 
-def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
+def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, jobs: int) -> CutStreets:
     """Cut back the arms that ways run over now that they have their final shape."""
     layout = cut.layout
-    trim = clear_arms_at_last(cut.ends, layout, cut.parts, connecting)
+    trim = clear_arms_at_last(cut.ends, layout, cut.parts, connecting, jobs)
     moved = trim > layout.trim
     if not moved.any():
         return cut
@@ -271,6 +276,12 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
     if fitted is cut.fitted:
         return cut
     return CutStreets(fitted, _street_ends(network, fitted), layout, cut_roads(network, fitted, layout, cut.parts))
+
+
+def _turned(cut: CutStreets, connecting: ConnectingRoads) -> ConnectingRoads:
+    """Draw turns again that are too sharp, or run over an arm."""
+    connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
+    return draw_tighter(cut.ends, cut.layout, cut.parts, connecting)
 
 
 def _without_impossible_turns(

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from floor_cases import connecting
 from junction_cases import CASES, Expected
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import Case, built_links, mirrored_links
 
 from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry.connections import ConnectingRoads, change_in_parts, connecting_roads
 from osm2xodr.model import Rule
 
 # Where a two-way street forks into one-way ones, the way back round the gore has no more room than this, m.
@@ -149,3 +153,35 @@ def test_the_lanes_of_a_ring_stay_round_through_junctions(rule: Rule) -> None:
         around += 1
     # The outermost lane leaves at each arm.
     assert around == 8
+
+
+@pytest.mark.parametrize(
+    ("at_once", "parts"),
+    [(12, [12]), (6, [6, 6]), (5, [3, 3, 3, 3]), (2, [3, 3, 3, 2, 1])],
+    ids=["one", "two", "four", "as many as junctions"],
+)
+def test_whole_junctions_are_worked_on_in_an_even_number_of_parts(
+    at_once: int, parts: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Junctions with 3, 3, 3, 2 and 1 roads."""
+    junction = np.repeat([0, 2, 3, 7, 8], [3, 3, 3, 2, 1])
+    monkeypatch.setattr(connecting_roads, "_AT_ONCE", at_once)
+    monkeypatch.setattr(connecting_roads, "_CHANGED_AT_ONCE", at_once)
+    lines = [(0.0, 10.0 * k, 20.0 + k, 10.0 * k) for k in range(len(junction))]
+    roads = connecting(lines, junction.tolist())
+    seen: list[list[int]] = []
+
+    def shorter(some: ConnectingRoads) -> ConnectingRoads:
+        seen.append(some.junction.tolist())
+        plan = replace(some.plan_view, length=some.plan_view.length - 5.0)
+        return replace(some, plan_view=plan, length=some.length - 5.0)
+
+    changed = change_in_parts(shorter, roads, 1)
+    assert [len(part) for part in seen] == parts
+    assert [number for part in seen for number in part] == junction.tolist()
+    assert changed.length == pytest.approx(15.0 + np.arange(12))
+    assert changed.plan_view.length == pytest.approx(changed.length)
+    assert changed.junction.tolist() == junction.tolist()
+    once = len(seen)
+    assert change_in_parts(shorter, roads, 2).length.tolist() == changed.length.tolist()
+    assert len(seen) < 2 * once or once == 1

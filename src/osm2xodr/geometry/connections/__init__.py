@@ -8,6 +8,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
     ConnectingRoads,
     InnerLane,
     build_connecting_roads,
+    change_in_parts,
     draw_in_parts,
     redraw_connecting_roads,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "Turns",
     "beyond_streets",
     "build_connecting_roads",
+    "change_in_parts",
     "clear_arms_at_last",
     "clear_overrun_arms",
     "connect",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import reduce
@@ -34,8 +35,10 @@ from osm2xodr.model import (
 )
 from osm2xodr.system import map_parallel
 
-# About so many lane links are drawn together: enough to be worth a copy of the process.
+# From so many lane links on they are drawn in parts, which are worth a copy of the process, and have at most so many.
+# Less is to be done where curves are changed.
 _AT_ONCE: Final = 5000
+_CHANGED_AT_ONCE: Final = 10000
 
 # Types of lanes beside the carriageway that connecting roads of their own lead on.
 BESIDE_CARS: Final = frozenset({LaneType.SIDEWALK, LaneType.SHOULDER})
@@ -247,13 +250,37 @@ def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks
 
     The parts do not depend on the number of processes, nor do the roads.
     """
-    if len(links.rows) <= _AT_ONCE:
+    parts = _whole_junctions(np.array([row.junction for row in links.rows], np.int64), _AT_ONCE)
+    if len(parts) < 2:
         return draw(links)
-    junction = np.array([row.junction for row in links.rows], np.int64)
+    some = [replace(links, rows=links.rows[part]) for part in parts]
+    return reduce(ConnectingRoads.joined, map_parallel(draw, some, jobs))
+
+
+def change_in_parts(
+    change: Callable[[ConnectingRoads], ConnectingRoads], roads: ConnectingRoads, jobs: int
+) -> ConnectingRoads:
+    """Return roads with the curves that `change` gives them, as `draw_in_parts` does."""
+    parts = _whole_junctions(roads.junction, _CHANGED_AT_ONCE)
+    if len(parts) < 2:
+        return change(roads)
+
+    def curves(part: slice) -> PlanView:
+        return change(roads.at_rows(np.arange(part.start, part.stop))).plan_view
+
+    plan = stack_plan_views(*map_parallel(curves, parts, jobs))
+    return replace(roads, plan_view=plan, length=lengths(plan))
+
+
+def _whole_junctions(junction: IntArray, most: int) -> list[slice]:
+    """Return rows that are worked on together, those of whole junctions each; `junction` (n,) is that of each row.
+
+    They are about `most` at most, in 2, 4, 6 … parts of equal size: most machines have an even number of cores.
+    """
+    count = 2 * math.ceil(len(junction) / (2 * most)) if len(junction) > _AT_ONCE else 1
     begin = np.flatnonzero(np.diff(junction, prepend=-1))
-    first = begin[np.unique(begin // _AT_ONCE, return_index=True)[1]].tolist()
-    parts = [replace(links, rows=links.rows[a:b]) for a, b in pairwise([*first, len(junction)])]
-    return reduce(ConnectingRoads.joined, map_parallel(draw, parts, jobs))
+    first = begin[np.unique(begin * count // max(len(junction), 1), return_index=True)[1]].tolist()
+    return [slice(a, b) for a, b in pairwise([*first, len(junction)])]
 
 
 def redraw_connecting_roads(

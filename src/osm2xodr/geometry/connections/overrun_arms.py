@@ -20,6 +20,7 @@ from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import map_parallel
 
 # Ways are looked at at places this far apart, m.
 _SPACING: Final = 1.0
@@ -40,21 +41,28 @@ _SHARES: Final = np.linspace(0.02, 0.98, 25)
 _CLEARANCE: Final = 0.5
 # Cuts of a short street below this, m, are not worth it.
 _LEAST_CUT: Final = 0.3
+# Pairs of ways and arms that a process looks at: enough to be worth a copy of it.
+_PAIRS_PER_SHARE: Final = 15000
 
 
 def clear_overrun_arms(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, trim: FloatArray
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    parts: RoadParts,
+    connecting: ConnectingRoads,
+    trim: FloatArray,
+    jobs: int = 1,
 ) -> FloatArray:
     """Return how much each street end gives to its junction so that no way through it runs over the arm, (ends,), m.
 
-    `layout` is that of the parts, `trim` what ends give at least.
+    `layout` is that of the parts, `trim` what ends give at least; `jobs` processes work on it.
     """
-    wanted = _wanted(ends, layout, parts, connecting)
+    wanted = _wanted(ends, layout, parts, connecting, jobs)
     return np.maximum(trim, np.minimum(wanted, layout.most))
 
 
 def clear_arms_at_last(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
 ) -> FloatArray:
     """Return how much each street end gives so that no way runs over its arm, (ends,), m, even of a short street.
 
@@ -62,7 +70,7 @@ def clear_arms_at_last(
     what runs over that lies at its height.
     """
     trim = layout.trim
-    more = np.maximum(_wanted(ends, layout, parts, connecting) - trim, 0.0).reshape(-1, 2)
+    more = np.maximum(_wanted(ends, layout, parts, connecting, jobs) - trim, 0.0).reshape(-1, 2)
     least = np.where((layout.junction.reshape(-1, 2) >= 0).all(1), SHORTEST_STREET, SHORTEST_ROAD) + SNAPPED
     spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - least, 0.0)
     share = np.minimum(1.0, spare / np.maximum(more.sum(1), 1e-9))
@@ -72,19 +80,22 @@ def clear_arms_at_last(
 
 
 def ways_over_arms(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Return which ways run over which street ends of their junction, and how far out from the arm's end, (n,), m.
 
     There is a row for each place found. Detours, which may be as long as the earth is large, are left out: nobody
-    drives them.
+    drives them. `jobs` processes look for them.
     """
     driven = np.flatnonzero(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
     connecting = connecting.at_rows(driven)
     row, arm, farthest = _others(ends, layout, parts, connecting)
     if not len(row):
         return row, arm, np.zeros(0)
-    pair, out = _overrun(parts, connecting, row, arm)
+    shares = [slice(lo, lo + _PAIRS_PER_SHARE) for lo in range(0, len(row), _PAIRS_PER_SHARE)]
+    found = list(map_parallel(lambda share: _overrun(parts, connecting, row[share], arm[share]), shares, jobs))
+    pair = np.concatenate([share.start + pair for share, (pair, _) in zip(shares, found, strict=True)])
+    out = np.concatenate([out for _, out in found])
     near = out < farthest[pair]
     return driven[row[pair[near]]], arm[pair[near]], out[near]
 
@@ -119,10 +130,12 @@ def _streets_at(ends: StreetEnds, layout: JunctionLayout) -> tuple[IntArray, Int
     return starts(np.bincount(number, minlength=len(layout.nodes))), street
 
 
-def _wanted(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
+def _wanted(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int
+) -> FloatArray:
     """Return up to where street ends should be cut, 0 where nothing runs over them, (ends,), m."""
     far = np.zeros(len(layout.trim))
-    _, arm, out = ways_over_arms(ends, layout, parts, connecting)
+    _, arm, out = ways_over_arms(ends, layout, parts, connecting, jobs)
     np.maximum.at(far, arm, out)
     return np.where(far > 0, layout.trim + far + _CLEARANCE, 0.0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise, permutations
 from typing import Final
 
@@ -12,6 +13,7 @@ from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.system import map_parallel
 
 # Stations along an arm at which its edges are tested, m: close where arms cross squarely, wider where they part
 # at acute angles.
@@ -38,23 +40,25 @@ _LEAST_CORNER: Final = np.deg2rad(25.0)
 _LARGEST_CORNER: Final = np.deg2rad(160.0)
 # Pairs, and distances between places, that are worked out at once: as many as the processor's cache holds.
 _PAIRS_AT_ONCE: Final = 1500
+# And so many by a process: enough to be worth a copy of it.
+_PAIRS_PER_SHARE: Final = 9000
 _DISTANCES_AT_ONCE: Final = 40_000
 
 
-def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, FloatArray]:
+def footprints(ends: StreetEnds, arms: list[list[int]], jobs: int = 1) -> tuple[FloatArray, FloatArray]:
     """Return how much of each arm its junction needs at least, and with kerbs at its corners, (ends,), m.
 
-    `arms` are the street ends of each junction; ends of no junction get 0.
+    `arms` are the street ends of each junction; ends of no junction get 0. `jobs` processes work on it.
     """
     pairs = np.array([pair for group in arms for pair in permutations(group, 2)], np.int64).reshape(-1, 2)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
     if not len(pairs):
         return bare, wished
     i, j = pairs.T
-    cover, across = _covered(ends, i, j, _NEAR_STATIONS)
+    cover, across = _covered(ends, i, j, _NEAR_STATIONS, jobs)
     long = np.maximum(cover, across) >= _NEAR_STATIONS[-1] - _NEAR_THE_LAST
     if long.any():
-        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR_STATIONS)
+        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR_STATIONS, jobs)
     # Two arms of one junction on different layers pass over each other: neither ends for the other.
     apart = (ends.layer[i] != ends.layer[j]) & (ends.node[i] != ends.node[j])
     kerb = np.where(apart, 0.0, _kerb(ends, i, j))
@@ -78,8 +82,21 @@ def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
     return np.where(corner, tangent, 0.0)
 
 
-def _covered(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _covered(
+    ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray, jobs: int
+) -> tuple[FloatArray, FloatArray]:
     """Return up to which distance along arms i, and along arms j, the edges of i lie on j, (pairs,), m."""
+    shares = [slice(lo, lo + _PAIRS_PER_SHARE) for lo in range(0, len(i), _PAIRS_PER_SHARE)]
+    found = map_parallel(partial(_covered_share, ends, i, j, stations), shares, jobs)
+    cover, across = map(np.concatenate, zip(*found, strict=True))
+    return cover, across
+
+
+def _covered_share(
+    ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray, share: slice
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `_covered` does, for some of the pairs."""
+    i, j = i[share], j[share]
     cover, across = np.zeros(len(i)), np.zeros(len(i))
     for lo in range(0, len(i), _PAIRS_AT_ONCE):
         part = slice(lo, lo + _PAIRS_AT_ONCE)

@@ -57,8 +57,10 @@ class JunctionLayout:
     least: FloatArray  # (streets,) How much of a street must be left, m
 
 
-def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics) -> JunctionLayout:
-    """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
+def lay_out_junctions(
+    network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics, jobs: int = 1
+) -> JunctionLayout:
+    """Find the junctions, by so many processes: nodes where streets meet, joined where streets have no room.
 
     Short dead ends of which junctions leave less than `SHORTEST_STREET` are left out.
 
@@ -93,7 +95,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Dia
         arms = clusters.arms(ends)
         measured = list(arms.values()) if changed is None else [arms[g] for g in sorted(changed) if g in arms]
         touched = np.array([end for group_arms in measured for end in group_arms], np.int64)
-        found = footprints(ends, measured)
+        found = footprints(ends, measured, jobs)
         bare[touched], wished[touched] = found[0][touched], found[1][touched]
         taken = np.where(np.repeat(median, 2), wished, bare)
         left = length - taken[0::2] - taken[1::2]
