@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.curves import lengths, pose, project
+from osm2xodr.curves import advance, end_curvature, lengths, pose, project
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
-from osm2xodr.geometry.junctions.reference_line_shift import offset_curves, shift_lines_out_of_bends
+from osm2xodr.geometry.junctions.reference_line_shift import in_short_spirals, offset_curves, shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_roads
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
 from osm2xodr.model import PlanView, Rule
@@ -86,6 +86,36 @@ def test_curves_run_beside_spirals() -> None:
     assert t == pytest.approx(-3.0, abs=0.05)
     assert hdg[-1] == pytest.approx(0.6, abs=1e-9)
     assert lengths(outside)[0] == pytest.approx(50.0 + 3.0 * 0.6, abs=0.02)
+
+
+@pytest.mark.parametrize("aside", [2.4, -2.4])
+def test_lines_beside_sharp_spirals_have_their_curvature(aside: float) -> None:
+    """Into a right bend of 4.5 m and out of it: beside curvature k runs k / (1 - k d), without a step in it."""
+    length, rate = np.full(2, 7.0), np.array([-0.22 / 7.0, 0.22 / 7.0])
+    begin = np.zeros(1)
+    middle = advance(begin, begin, begin, begin, length[:1], rate[:1])
+    x, y, hdg = (np.append(begin, item) for item in middle)
+    plan = PlanView(
+        np.array([0, 2, 3]),
+        np.array([0.0, 7.0, 0.0]),
+        np.append(x, 50.0),
+        np.append(y, 0.0),
+        np.append(hdg, 0.0),
+        np.append(length, 7.0),
+        np.array([0.0, -0.22, 0.0]),
+        np.append(rate, 0.03),
+    )
+    parts = in_short_spirals(plan, np.array([aside, 0.0]))
+    assert parts.start[2] - parts.start[1] == 1
+    places = np.linspace(0.0, 14.0, 57), np.zeros(57, np.int64)
+    for old, new in zip(pose(plan, places[1], places[0]), pose(parts, places[1], places[0]), strict=True):
+        assert new == pytest.approx(old, abs=1e-9)
+    moved = offset_curves(parts, np.array([aside, 0.0]))
+    for old, new in ((parts.curvature, moved.curvature), (end_curvature(parts), end_curvature(moved))):
+        d = np.where(np.arange(len(old)) < parts.start[1], aside, 0.0)
+        assert new == pytest.approx(old / (1.0 - old * d), rel=0.01, abs=0.001)
+    steps = end_curvature(moved)[: parts.start[1] - 1] - moved.curvature[1 : parts.start[1]]
+    assert np.abs(steps).max() < 0.002
 
 
 @EITHER

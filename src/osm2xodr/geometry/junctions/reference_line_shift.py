@@ -19,7 +19,9 @@ from osm2xodr.curves import (
     find_record,
     lengths,
     owners,
+    ranks,
     spirals_between,
+    starts,
     wrapped,
 )
 from osm2xodr.geometry import defaults
@@ -37,6 +39,10 @@ _WITHIN: Final = 1e-6
 _SHIFT_SHARES: Final = np.linspace(0.25, 1.0, 4)
 # A curve may shrink to this share of itself where its line moves towards the inside. A choice.
 _SMALLEST_SCALE: Final = 0.4
+# Where the length beside a spiral, by that of the spiral, changes by a larger share of itself, it is moved in parts,
+# no shorter than so many m: curvature at their ends is off by 0.001 / m, or a percent. Choices.
+_MOST_CHANGE: Final = 0.1
+_SHORTEST_PART: Final = 0.5
 # A lane is never longer than its line by this factor.
 _TOO_LONG: Final = 1e9
 # Shifts are rounded to this many decimals of a metre; ratios of lengths that differ by less than this are equal.
@@ -54,7 +60,7 @@ def shift_lines_out_of_bends(
     aside = _aside(fitted, parts, rule)
     if not aside.any():
         return fitted, layout
-    old = fitted.plan_view
+    old = in_short_spirals(fitted.plan_view, aside)
     plan = offset_curves(old, aside)
     moved = np.flatnonzero(aside)
     pieces = list(fitted.pieces)
@@ -80,7 +86,7 @@ def shift_lines_out_of_bends(
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     """Return curves that run beside others, `aside` to the left of each, (curves,), m.
 
-    What runs beside a line or an arc is one; beside a spiral it is all but the spiral between the same poses.
+    What runs beside a line or an arc is one; beside a short spiral it is all but the spiral between the same poses.
     """
     owner = owners(plan.start)
     d = aside[owner]
@@ -110,6 +116,28 @@ def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     # Not by sums over other curves where nothing moves.
     at = np.where(d != 0.0, s - base[owner], plan.s)
     return PlanView(plan.start.copy(), at, x, y, hdg.copy(), length, curvature, rate)
+
+
+def in_short_spirals(plan: PlanView, aside: FloatArray) -> PlanView:
+    """Return the same curves with spirals so short that what runs `aside` of them, (curves,), m, are spirals, too.
+
+    Curves that do not move stay as they are.
+    """
+    d = aside[owners(plan.start)]
+    first, last = 1.0 - plan.curvature * d, 1.0 - end_curvature(plan) * d
+    change = np.abs(last - first) / np.maximum(np.minimum(first, last), _SMALLEST_SCALE)
+    most = np.maximum(plan.length / _SHORTEST_PART, 1.0)
+    count = np.clip(np.ceil(change / _MOST_CHANGE), 1.0, most).astype(np.int64)
+    if not np.any(count > 1):
+        return plan
+    k, part = np.repeat(np.arange(len(count)), count), ranks(count)
+    length = (plan.length / count)[k]
+    ds = part * length
+    x, y, hdg = advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], ds, plan.rate[k])
+    whole = part == 0
+    x, y, hdg = (np.where(whole, old[k], new) for old, new in ((plan.x, x), (plan.y, y), (plan.hdg, hdg)))
+    start = starts(count)[plan.start]
+    return PlanView(start, plan.s[k] + ds, x, y, hdg, length, plan.curvature[k] + plan.rate[k] * ds, plan.rate[k])
 
 
 def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray, aside: FloatArray) -> FloatArray:
