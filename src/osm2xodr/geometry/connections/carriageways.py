@@ -129,7 +129,7 @@ class Carriageways:
         of = np.repeat(np.arange(len(legs)), count)
         s = legs[of, 1] + ranks(count) * (legs[:, 2] / (count - 1))[of]
         street = legs[of, 0].astype(np.int64)
-        x, y, _ = pose(self.lines, street, s * (lengths(self.lines) / lengths(self.lanes.streets))[street])
+        x, y, _ = pose(self.lines, street, s * (lengths(self.lines, street) / lengths(self.lanes.streets, street)))
         return cKDTree(np.column_stack([x, y]))
 
 
