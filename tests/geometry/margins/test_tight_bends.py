@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from margin_cases import VERGE, WALK, Strips, built, by_id, sections_of
@@ -11,8 +14,11 @@ from street_cases import Case
 from osm2xodr.curves import pose
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import FloatArray, RoadMap
+from osm2xodr.geometry.margins.strips import MarginStretch
+from osm2xodr.geometry.margins.tight_bends import TightBend, notches_in
+from osm2xodr.model import FloatArray, LaneType, MarginSpec, PlanView, RoadMap
 
 # A street that turns left by 90 and by 120 degrees.
 _CORNER = {"w": (-100.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 100.0)}
@@ -73,3 +79,29 @@ def test_the_outermost_strip_gives_way_first() -> None:
     assert widths[:, 0].min() == pytest.approx(alone.min(), abs=0.05)
     assert widths[:, 1].min() == 0.0
     assert (widths[[0, -1]] == [1.0, 2.0]).all()
+
+
+def test_a_bend_of_less_than_a_metre_is_narrow_from_end_to_end() -> None:
+    """Eight degrees of 4.25 m between straight lines: half of its places lie a quarter of a metre apart."""
+    radius, turned = 4.25, 0.14
+    bend_m = radius * turned
+    begin = 10.1
+    x, y = begin + radius * np.sin(turned), -radius * (1.0 - np.cos(turned))
+    plan = PlanView(
+        np.array([0, 3]),
+        np.array([0.0, begin, begin + bend_m]),
+        np.array([0.0, begin, x]),
+        np.array([0.0, 0.0, y]),
+        np.array([0.0, 0.0, -turned]),
+        np.array([begin, bend_m, 10.0]),
+        np.array([0.0, -1.0 / radius, 0.0]),
+    )
+    strips = (MarginSpec(LaneType.PARKING, 2.0), WALK)
+    room = radius - 2.75 - defaults.CORNER_EDGE_RADIUS
+    bend = TightBend(0, begin, begin + bend_m, -1, 2.75, room)
+    parts = cast(RoadParts, SimpleNamespace(plan_view=plan, length=lengths(plan)))
+    beside = (MarginStretch(0.0, float(lengths(plan)[0]), (), strips, 1),)
+    notches, others = notches_in(parts, [bend], [beside])
+    (notch,) = notches[0]
+    assert others == []
+    assert [notch.reach_at(s) for s in np.linspace(begin, begin + bend_m, 20).tolist()] == pytest.approx([room] * 20)

@@ -120,7 +120,9 @@ def _notch(bend: TightBend, width: float, s: FloatArray, reach: FloatArray) -> N
     # Where the curvature grows, the narrowest place is shorter than the bend.
     for more in _ABOVE_NARROWEST if inside.any() else ():
         places = s[inside & (reach <= np.min(reach[inside]) + more)]
-        start, end = float(places[0]), float(places[-1])
+        # It may reach as far as the next places: an arc of less than a metre has few of them.
+        step = float(s[1] - s[0])
+        start, end = max(float(places[0]) - step, bend.start), min(float(places[-1]) + step, bend.end)
         found.append(Notch(bend.side, start, end, room, *_slopes(s, reach, width, start, end, room)))
     good = [item for item in found if min(item.before, item.after) >= _FLATTEST]
     return min(good, key=lambda item: _lost(item, width), default=None)

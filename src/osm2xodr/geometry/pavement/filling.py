@@ -194,7 +194,7 @@ def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
             steps = steps & (width[:, there] > width[:, here] + _STEP)
             out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
     room = np.array([room_inside(sections, side, np.arange(len(road))) for side in (1, -1)])
-    return np.asarray(np.maximum(np.minimum(out, room), width))
+    return np.asarray(np.minimum(out, np.maximum(room, 0.0)))
 
 
 def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
