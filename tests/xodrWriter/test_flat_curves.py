@@ -22,10 +22,11 @@ def one_arc(length: float, radius: float, rate: float = 0.0) -> PlanView:
     ("radius", "length", "count"),
     [
         (32e6, 130.0, 1),
-        (-1e6, 80.0, 1),
-        # 89.4 m of such an arc lie within 1 mm of a line.
+        (-1e6, 70.0, 1),
+        # 74.8 m of such an arc lie within 0.7 mm of a line.
         (1e6, 100.0, 2),
         (-300e3, 150.0, 4),
+        (200.1e3, 160.0, 5),
     ],
 )
 def test_flat_arcs_become_lines_along_them(radius: float, length: float, count: int) -> None:
@@ -42,6 +43,7 @@ def test_flat_arcs_become_lines_along_them(radius: float, length: float, count: 
     assert off[0] < 1e-9
     assert off[-1] < 1e-6
     assert np.abs(hdg - hdg0).max() < 1e-4
+    assert np.rad2deg(np.abs(np.diff(found.hdg))).max(initial=0.0) < 0.01
 
 
 def test_other_records_stay() -> None:

@@ -21,8 +21,8 @@ from osm2xodr.xodrWriter.even_steps import cut_records
 
 # Radius beyond which arcs become lines, m: numbers of single precision are 1.6 cm apart there.
 LARGEST_RADIUS: Final = 200e3
-# How far what is written may lie beside the curve, m; a choice. Headings of lines differ by 0.006 degrees then.
-_BESIDE: Final = 0.001
+# How far what is written may lie beside the curve, m; a choice. Headings of lines differ by less than 0.01 degrees.
+_BESIDE: Final = 0.0007
 # Curvatures that readers take for 0, 1/m, and a tenth more: what is written is rounded.
 _STRAIGHT: Final = 1.1e-6
 # Spirals that readers misplace by less stay as they are, and arcs lie no farther beside them, m. A choice.
