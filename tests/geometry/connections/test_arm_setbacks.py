@@ -112,6 +112,22 @@ def test_one_end_of_a_short_street_gives_what_the_other_does_not_need(rule: Rule
 
 
 @pytest.mark.parametrize("rule", list(Rule))
+def test_both_ends_of_a_short_street_get_what_cars_just_manage_first(rule: Rule) -> None:
+    """Turns of 90 and of 130 degrees need 4.2 m (tan 45 degrees + tan 65 degrees) = 13.2 m; of 15.5 m there are 12.5.
+
+    So both lack little enough to swing out; neither gets more.
+    """
+    x, y = 90.0 * math.sin(math.radians(50.0)), 15.5 - 90.0 * math.cos(math.radians(50.0))
+    case = Case(
+        {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "v": (0.0, 15.5), "n": (0.0, 90.0), "x": (x, y)},
+        {way: (nodes, "highway=service oneway=yes lanes=1 width=2.5") for way, nodes in
+         enumerate(("w o", "o e", "o v", "v n", "v x"), 1)},
+    )  # fmt: skip
+    roads = built(case, rule)
+    assert (turn(roads, 1, 3), turn(roads, 3, 5)) == pytest.approx((4.2, 4.2), abs=0.01)
+
+
+@pytest.mark.parametrize("rule", list(Rule))
 def test_arms_of_acute_forks_end_where_cars_turn_from_one_to_the_other(rule: Rule) -> None:
     """At 15 degrees, lanes 1.5 m inside of the lines are 8.3 m apart 43 m from the node."""
     nodes = {"w": (-180.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
