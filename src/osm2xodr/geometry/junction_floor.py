@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout
 from osm2xodr.geometry.pavement import Faces, Floor, Hole, is_island, lay_floor
-from osm2xodr.geometry.road_plan import RoadPlan
+from osm2xodr.geometry.road_plan import RoadPlan, RoadSides
 from osm2xodr.geometry.road_records import RoadIds
 from osm2xodr.model import BoolArray, FloatArray, Island, StreetNetwork
 
@@ -37,6 +37,13 @@ def floor_without(
     again = lay_out_floor(network, plan, through.at_rows(rows))
     kept = floor.renumbered(np.where(anew, -1, number))
     return kept.joined(again.renumbered(number[rows]), through.junction[~left_out])
+
+
+def ends_at_floor(sides: RoadSides, floor: Floor) -> BoolArray:
+    """Say which sidewalks, of those that run out, have a strip of the floor in their place, (n,)."""
+    strips = {1: floor.left, -1: floor.right}
+    rows = zip(sides.ends.row.tolist(), sides.ends.side.tolist(), strict=True)
+    return np.array([row in strips[side] for row, side in rows], bool)
 
 
 def islands_of(plan: RoadPlan, through: ConnectingRoads, floor: Floor) -> Iterator[Island]:

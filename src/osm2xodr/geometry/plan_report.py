@@ -108,6 +108,15 @@ def report_missing_corners(
         diagnostics.dropped("sidewalk-corner", osm_id, text)
 
 
+def report_blunt_sidewalks(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+) -> None:
+    """Report junctions where sidewalks end as wide as they are, (sidewalks,)."""
+    for osm_id, count in _counted(network, layout, junctions):
+        text = "the sidewalk of an arm ends bluntly: no lane leads round its corner, or leaves it room to run out"
+        diagnostics.note("sidewalk-end", osm_id, text if count == 1 else f"{text} ({count} sidewalks)")
+
+
 def _counted(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[tuple[str, int]]:
     """Return the OSM ids of the first nodes of junctions, each junction once, and how often it is named."""
     _, count = np.unique(junctions, return_counts=True)

@@ -82,7 +82,7 @@ from osm2xodr.geometry.plan_view import (
     trims_clear_of_bends,
 )
 from osm2xodr.geometry.through_lanes import keep_lanes_in_line
-from osm2xodr.model import BoolArray, FloatArray, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
 _SHORTER: Final = 0.95
@@ -111,7 +111,8 @@ class RoadSides:
 
     margins: tuple[Margins, ...]  # Of each road
     corners: ConnectingRoads  # The sidewalks within junctions
-    ends: SidewalkEnds  # Those that end there
+    ends: SidewalkEnds  # Those that run out there
+    blunt: IntArray  # (k,) Junctions of sidewalks that have no room for that, one for each
     diagnostics: Diagnostics  # What was found meanwhile
 
 
@@ -148,8 +149,8 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     margins = margins_with_room(plan.parts, find_margins(plan.parts), found)
     margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
     report_missing_corners(network, plan.layout, left_out, found)
-    ends = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
-    return RoadSides(margins, corners, ends, found)
+    ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
+    return RoadSides(margins, corners, ends, blunt, found)
 
 
 def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:

@@ -256,7 +256,7 @@ def _lanes_through(
 def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) -> RoadMap:
     """Return a road map with the floor of junctions beside connecting roads, which begin at road number `first`.
 
-    Beside lanes without a strip of the floor sidewalks may end.
+    Sidewalks end beside lanes without a strip of the floor, up to two of them beside one edge.
     """
     roads = list(road_map.roads)
     length = lengths(road_map.plan_view)
@@ -267,7 +267,7 @@ def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) 
         for k, strip in widths.items()
     }
     for item, (k, side) in enumerate(zip(ends.row.tolist(), ends.side.tolist(), strict=True)):
-        beside.setdefault((k, side), [*ends.lanes(item, float(length[first + k]))])
+        beside.setdefault((k, side), []).extend(ends.lanes(item, float(length[first + k])))
     for k in sorted({k for k, _ in beside}):
         road = roads[first + k]
         section = road.lane_sections[0]

@@ -24,12 +24,12 @@ from osm2xodr.geometry.heights import (
     connector_profiles,
     solve_profiles,
 )
-from osm2xodr.geometry.junction_floor import floor_without, islands_of, lay_out_floor
+from osm2xodr.geometry.junction_floor import ends_at_floor, floor_without, islands_of, lay_out_floor
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import raised_islands
-from osm2xodr.geometry.plan_report import report_missing_corners
+from osm2xodr.geometry.plan_report import report_blunt_sidewalks, report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
     build_profile_problem,
@@ -142,7 +142,11 @@ def build_roads(
             floor = floor_without(network, plan, every, laid.result(), steep)
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, solved.problem, diagnostics)
-    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), sides.ends)
+    covered = ends_at_floor(sides, floor)
+    blunt = np.concatenate([sides.blunt, through.junction[sides.ends.row[covered & ~sides.ends.shoulder]]])
+    report_blunt_sidewalks(network, plan.layout, blunt, diagnostics)
+    ends = sides.ends.chosen(~covered)
+    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), ends)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)

@@ -10,6 +10,7 @@ from margin_cases import BOTH, VERGE, WALK, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, width_at
 from street_cases import Case
 
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Lane, LaneType, Road, RoadMap, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -30,6 +31,11 @@ def ending(roads: RoadMap) -> list[tuple[Road, Lane]]:
         for lane in road.lane_sections[0].lanes
         if lane.type is LaneType.SIDEWALK and not is_led_on(lane)
     ]
+
+
+def reported(told: Diagnostics) -> list[tuple[str, str]]:
+    """Return where sidewalks are said to end bluntly, and the text."""
+    return [(item.osm_id, item.message) for item in told if item.code == "sidewalk-end"]
 
 
 def arms(roads: RoadMap, road: Road) -> tuple[int, int]:
@@ -120,4 +126,48 @@ def test_none_ends_where_corners_lead_on() -> None:
 def test_what_would_fold_inside_a_turn_stays_blunt(rule: Rule) -> None:
     """Sidewalks as wide as the turns' radius have no room inside of these."""
     broad = replace(WALK, width=14.0)
-    assert ending(built(T, {3: ((broad,), (broad,))}, rule)) == []
+    told = Diagnostics()
+    assert ending(built(T, {3: ((broad,), (broad,))}, rule, diagnostics=told)) == []
+    ((osm_id, said),) = reported(told)
+    assert osm_id == "node/1002"
+    assert said.endswith("(2 sidewalks)")
+
+
+@EITHER
+def test_two_end_beside_one_edge_where_their_corner_has_no_room(rule: Rule) -> None:
+    """Streets that part at 8 degrees: cars that turn back swing out over both outer corners, near one arm."""
+    nodes = {**T.nodes, "w": (-120.0, 0.0), "e": (120.0, 0.0), "s": (-118.8, -16.7)}
+    roads = built(Case(nodes, T.ways), dict.fromkeys(T.ways, BOTH), rule)
+    assert_sound(roads)
+    by_arms: dict[frozenset[int], list[tuple[Road, Lane]]] = {}
+    for road, lane in ending(roads):
+        by_arms.setdefault(frozenset(arms(roads, road)), []).append((road, lane))
+    assert set(by_arms) == {frozenset({1, 2}), frozenset({2, 3})}
+    for ways, ((road, one), (same, two)) in by_arms.items():
+        assert road is same
+        tapers = [sorted(widths(roads, road, lane, from_way=way) for lane in (one, two)) for way in ways]
+        assert [item[0] for item in tapers] == [pytest.approx([0.0] * 4, abs=1e-9)] * 2
+        # Over 3 m, and over 12 m.
+        assert sorted(item[1] for item in tapers) == [
+            pytest.approx([2.0, 0.0, 0.0, 0.0], abs=1e-9),
+            pytest.approx(smooth_step(2.0), abs=1e-9),
+        ]
+
+
+@EITHER
+def test_beside_corners_that_nobody_turns_round_they_stay_blunt(rule: Rule) -> None:
+    """Traffic comes from the west and from the south alone, and goes on to the east: none turns from 1 to 3."""
+    one_way = f"{STREET} oneway=yes"
+    case = Case(T.nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
+    told = Diagnostics()
+    found = ending(built(case, {1: ((), (WALK,))}, rule, diagnostics=told))
+    assert found == []
+    assert [osm_id for osm_id, _ in reported(told)] == ["node/1002"]
+
+
+@EITHER
+def test_those_that_run_out_or_lead_on_are_not_reported(rule: Rule) -> None:
+    for margins in ({3: BOTH}, {1: BOTH, 2: BOTH, 3: BOTH}):
+        told = Diagnostics()
+        built(T, margins, rule, diagnostics=told)
+        assert reported(told) == []

@@ -61,8 +61,11 @@ class SidewalkEnds:
 
 def find_sidewalk_ends(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads, rule: Rule
-) -> SidewalkEnds:
-    """Return where sidewalks and shoulders that no corner joins end within junctions, beside the roads of `cars`."""
+) -> tuple[SidewalkEnds, IntArray]:
+    """Return where sidewalks and shoulders that no corner joins end within junctions, beside the roads of `cars`.
+
+    Returns the junctions of sidewalks without room for that, too, one for each, (k,): they end as wide as they are.
+    """
     joined = {
         (end, lane > 0)
         for ends, lanes in ((corners.entry, corners.entry_lane), (corners.exit, corners.exit_lane))
@@ -79,13 +82,21 @@ def find_sidewalk_ends(
     following = {end: (arms[k + 1 - len(arms)], arms[k - 1]) for arms in connected for k, end in enumerate(arms)}
     edges = _edges(cars, np.array([end for end, _ in walks], np.int64))
     found: list[tuple[_Edge, Sidewalk, float]] = []
+    at: list[int] = []
     for (end, side), walk in walks.items():
         if following[end][0] == end:
             continue
         # Road ends run inwards, starts outwards.
         ahead = side == (incoming if end % 2 == 0 else -incoming)
-        found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
-    return _that_fit(found, parts, cars)
+        beside = _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
+        found += beside
+        at += [end] * len(beside)
+    out, good = _that_fit(found, parts, cars)
+    arms = np.array([end for (end, _), walk in walks.items() if walk.type is LaneType.SIDEWALK], np.int64)
+    led = np.array(at, np.int64)[good][~out.shoulder]
+    many = 2 * len(parts.length)
+    blunt = np.bincount(arms, minlength=many) - np.bincount(led, minlength=many)
+    return out, np.repeat(parts.end_junction.ravel(), blunt)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +145,8 @@ def _nearest(
 
 def _that_fit(
     found: Sequence[tuple[_Edge, Sidewalk, float]], parts: RoadParts, cars: ConnectingRoads
-) -> SidewalkEnds:
-    """Return the sidewalks that have room beside edges of lanes, each as long as it has."""
+) -> tuple[SidewalkEnds, BoolArray]:
+    """Return the sidewalks that have room beside edges of lanes, each as long as it has, and which these are."""
     row, side = (np.array([getattr(edge, k) for edge, *_ in found], np.int64) for k in ("row", "side"))
     at_start = np.array([edge.at_start for edge, *_ in found], bool)
     width, gap, height = np.array([(walk.width, gap, walk.height) for _, walk, gap in found]).reshape(-1, 3).T
@@ -150,7 +161,14 @@ def _that_fit(
         ends = replace(ends, length=np.where(good, ends.length, np.minimum(most, longest)))
         tried = np.flatnonzero(~good)
         good[tried] = _have_room(ends.chosen(tried), parts, cars)
-    return ends.chosen(good)
+    return _apart(ends.chosen(good), cars), good
+
+
+def _apart(ends: SidewalkEnds, cars: ConnectingRoads) -> SidewalkEnds:
+    """Shorten those that end towards each other beside one edge, so that one ends before the other begins."""
+    _, edge = np.unique(2 * ends.row + (ends.side > 0), return_inverse=True)
+    both = np.bincount(edge, ends.length)[edge] if len(edge) else ends.length
+    return replace(ends, length=ends.length * np.minimum(1.0, cars.length[ends.row] / both))
 
 
 def _off_kerb(edge: _Edge, parts: RoadParts, cars: ConnectingRoads) -> float:
