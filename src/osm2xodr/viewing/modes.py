@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import OpenDrive
+from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.scene import Scene
@@ -87,17 +87,34 @@ def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray
     return names, np.array([number[name] for name in found], np.int64)
 
 
-def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mode]:
-    """Return the ways to colour a scene, the default first."""
-    types, type_of = lane_types(file, scene)
-    used = {types[k] for k in type_of.tolist()}
+def drawn_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
+    """Return lane types as pictures show them: pavement between the lanes of a junction is as these are.
+
+    That are shoulders of connecting roads that lead nowhere and are as high as the road.
+    """
+    names, type_of = lane_types(file, scene)
+    if "shoulder" not in names:
+        return names, type_of
+    lanes, row = file.lanes, scene.lane
+    paved = (type_of == names.index("shoulder")) & ~lanes.height[row].any(1)
+    paved &= file.roads.junction[file.sections.road[lanes.section[row]]] >= 0
+    paved &= (lanes.predecessor[row] == ABSENT) & (lanes.successor[row] == ABSENT)
+    return names, np.where(paved, names.index("driving"), type_of)
+
+
+def make_modes(
+    file: OpenDrive, scene: Scene, types: tuple[tuple[str, ...], IntArray], *, has_findings: bool
+) -> list[Mode]:
+    """Return the ways to colour a scene, the default first; `types` are those of its lanes that are shown."""
+    names, type_of = types
+    used = {names[k] for k in type_of.tolist()}
     classes, class_of = strip_classes(file, scene)
     class_used = {classes[k] for k in class_of.tolist()}
     grades = np.abs(scene.grade[np.isfinite(scene.grade)])
     steepest = 100.0 * float(np.percentile(grades, _GRADE_END)) if len(grades) else 0.0
     steep = colours.round_range(0.0, steepest, 4.0)[1]
     modes = [
-        Mode("type", "lane type", "Lanes", _categories(types, colours.LANE_TYPES, colours.LANE_OTHER, used)),
+        Mode("type", "lane type", "Lanes", _categories(names, colours.LANE_TYPES, colours.LANE_OTHER, used)),
         Mode(
             "class", "road class", "Roads", _categories(classes, colours.ROAD_TYPES, colours.ROAD_OTHER, class_used)
         ),
@@ -113,10 +130,10 @@ def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mod
     if np.isfinite(speed).any():
         modes.append(Mode("speed", "speed", "Speed, km/h", _ramp(colours.VIRIDIS, speed, 0.0, 100.0, 20.0, "km/h")))
     if has_findings:
-        names = ("none", *reversed(colours.SEVERITIES))
+        kinds = ("none", *reversed(colours.SEVERITIES))
         shades = (_NO_FINDING_COLOUR, *reversed(tuple(colours.SEVERITIES.values())))
         labels = ("nothing found", *(f"road with {name}" for name in reversed(colours.SEVERITIES)))
-        scale = Categories(names, shades, labels, (True,) * len(names))
+        scale = Categories(kinds, shades, labels, (True,) * len(kinds))
         modes.append(Mode("finding", "findings", "Findings", scale))
     return modes
 

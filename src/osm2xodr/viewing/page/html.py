@@ -19,7 +19,7 @@ from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
 from osm2xodr.system import advance, release_memory, stage, stream_to
-from osm2xodr.viewing.modes import make_modes
+from osm2xodr.viewing.modes import lane_types, make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
 from osm2xodr.viewing.page.bodies import bodies_of
@@ -109,7 +109,7 @@ def make_report(
     stage("making the page")
     subject = _subject(file, options, diagnostics)
     advance(0.5)
-    modes = make_modes(file, subject.scene, has_findings=result is not None)
+    modes = make_modes(file, subject.scene, lane_types(file, subject.scene), has_findings=result is not None)
     contents, arrays = pack_arrays(page_arrays(subject))
     rows, sentence = tables.findings(subject, result)
     errors = tables.accuracy(subject, [path.name for path in options.dem])

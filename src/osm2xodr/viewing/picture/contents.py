@@ -18,7 +18,7 @@ from osm2xodr.shapes import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of
-from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
+from osm2xodr.viewing.modes import Categories, Mode, drawn_types, lane_speeds, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.hatching import hatch_lines
@@ -107,7 +107,8 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
             f"{file.path} has no road within --bbox; its roads lie at x and y within {_in_words(_around(x, y))}"
         )
     scene = scene.only(strips)
-    mode = next((mode for mode in make_modes(file, scene, has_findings=False) if mode.key == options.colour), None)
+    modes = make_modes(file, scene, drawn_types(file, scene), has_findings=False)
+    mode = next((mode for mode in modes if mode.key == options.colour), None)
     if mode is None:
         raise InputError(f"{file.path} states no speeds{' there' if options.box else ''}; choose another --color")
     x, y, _ = scene.border_places()
@@ -263,7 +264,7 @@ def _colours(file: OpenDrive, scene: Scene, mode: Mode) -> tuple[list[str] | Non
     """Return colours of lanes, or else of stations."""
     scale = mode.scale
     if isinstance(scale, Categories):
-        return [scale.colours[k] for k in lane_types(file, scene)[1].tolist()], None
+        return [scale.colours[k] for k in drawn_types(file, scene)[1].tolist()], None
     if mode.key == "speed":
         return _shades(scale, lane_speeds(file, scene)), None
     value = scene.z if mode.key == "height" else 100.0 * np.abs(scene.grade)
