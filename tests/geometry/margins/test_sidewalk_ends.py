@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -152,6 +153,17 @@ def test_two_end_beside_one_edge_where_their_corner_has_no_room(rule: Rule) -> N
             pytest.approx([2.0, 0.0, 0.0, 0.0], abs=1e-9),
             pytest.approx(smooth_step(2.0), abs=1e-9),
         ]
+
+
+@pytest.mark.parametrize("degrees", [9, 10, 11, 12])
+def test_what_touches_a_lane_has_room_on_either_hand(degrees: int) -> None:
+    """The middle of one that ends over 3 m lies on the edge of a lane that swings out."""
+    angle = math.radians(degrees)
+    south = -120.0 * math.cos(angle), -120.0 * math.sin(angle)
+    case = Case({**T.nodes, "w": (-120.0, 0.0), "e": (120.0, 0.0), "s": south}, T.ways)
+    for rule in Rule:
+        roads = built(case, dict.fromkeys(T.ways, BOTH), rule)
+        assert sorted(tuple(sorted(arms(roads, road))) for road, _ in ending(roads)) == [(1, 2), (1, 2)]
 
 
 @EITHER

@@ -16,6 +16,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 PROBES: Final = np.linspace(0.0, 1.0, 9)[1:-1]
 # A place lies abreast of a curve, not beyond its ends, if its distance is |t| up to this, m.
 _ABREAST: Final = 0.01
+# What reaches less far onto a lane only touches it, m: above errors of rounding, below anything that is built.
+_TOUCHING: Final = 0.001
 
 
 def at_probes(start: FloatArray, end: FloatArray) -> FloatArray:
@@ -56,7 +58,7 @@ def onto_lanes(
         near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
     row, car = row[near], car[near]
     _, _, distance = project(cars.plan_view, np.repeat(car, len(PROBES)), x[row].ravel(), y[row].ravel())
-    reach = half[row] + lane[car, None]
+    reach = half[row] + lane[car, None] - _TOUCHING
     out = np.zeros(len(rows.length), bool)
     out[row[(distance.reshape(-1, len(PROBES)) < reach).any(axis=1)]] = True
     return out
