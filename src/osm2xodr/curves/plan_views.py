@@ -293,3 +293,18 @@ def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.
     lower, upper = plan.s[k], plan.s[k] + plan.length[k]
     snapped = np.where(s - lower < within, lower, s)
     return np.where(upper - s < within, upper, snapped)
+
+
+def cut_records(plan: PlanView, row: IntArray, ds: FloatArray) -> PlanView:
+    """Cut records, by their indices, ds behind their starts, m; a record may be cut several times."""
+    count = len(plan.s)
+    row, ds = np.concatenate([np.arange(count), row]), np.concatenate([np.zeros(count), ds])
+    order = np.lexsort((ds, row))
+    row, ds = row[order], ds[order]
+    pieces = np.bincount(row, minlength=count)
+    end = np.append(ds[1:], 0.0)
+    end[np.cumsum(pieces) - 1] = plan.length
+    pose = plan.x[row], plan.y[row], plan.hdg[row], plan.curvature[row]
+    x, y, hdg = advance(*pose, ds, plan.rate[row])
+    curvature = plan.curvature[row] + plan.rate[row] * ds
+    return PlanView(starts(pieces)[plan.start], plan.s[row] + ds, x, y, hdg, end - ds, curvature, plan.rate[row])

@@ -13,9 +13,9 @@ from osm2xodr.model import FloatArray, IntArray
 ROWS_AT_ONCE: Final = 16384
 
 
-def blocks(count: int) -> Iterator[slice]:
+def blocks(count: int, size: int = ROWS_AT_ONCE) -> Iterator[slice]:
     """Return the rows of a long table in blocks, one after the other; each is worked on in a processor's cache."""
-    return (slice(first, first + ROWS_AT_ONCE) for first in range(0, count, ROWS_AT_ONCE))
+    return (slice(first, first + size) for first in range(0, count, size))
 
 
 def starts(count: IntArray | Sequence[int]) -> IntArray:

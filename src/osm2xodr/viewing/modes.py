@@ -90,7 +90,7 @@ def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray
 def drawn_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
     """Return lane types as pictures show them: pavement between the lanes of a junction is as these are.
 
-    That are shoulders of connecting roads that lead nowhere and are as high as the road.
+    It consists of shoulders of connecting roads that lead nowhere and are as high as the road.
     """
     names, type_of = lane_types(file, scene)
     if "shoulder" not in names:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, find_record, owners, starts
+from osm2xodr.curves import cut_records, find_record, owners
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, RoadMap
 
 # Shorter rests, as a share of the step, are made equal to the step before them; records are cut no nearer than that
@@ -61,18 +61,3 @@ def with_even_ends(plan: PlanView, curves: BoolArray, step: float) -> PlanView:
     long = count[short] > 2
     row = np.concatenate([short[long], short])
     return cut_records(plan, row, np.concatenate([end[long] - 2.0 * half[long], end - half]))
-
-
-def cut_records(plan: PlanView, row: IntArray, ds: FloatArray) -> PlanView:
-    """Cut records, by their indices, ds behind their starts, m; a record may be cut several times."""
-    count = len(plan.s)
-    row, ds = np.concatenate([np.arange(count), row]), np.concatenate([np.zeros(count), ds])
-    order = np.lexsort((ds, row))
-    row, ds = row[order], ds[order]
-    pieces = np.bincount(row, minlength=count)
-    end = np.append(ds[1:], 0.0)
-    end[np.cumsum(pieces) - 1] = plan.length
-    pose = plan.x[row], plan.y[row], plan.hdg[row], plan.curvature[row]
-    x, y, hdg = advance(*pose, ds, plan.rate[row])
-    curvature = plan.curvature[row] + plan.rate[row] * ds
-    return PlanView(starts(pieces)[plan.start], plan.s[row] + ds, x, y, hdg, end - ds, curvature, plan.rate[row])

@@ -15,9 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, lines_that_go_on, owners, ranks, wrapped
+from osm2xodr.curves import advance, cut_records, lines_that_go_on, owners, ranks, wrapped
 from osm2xodr.model import FloatArray, IntArray, PlanView
-from osm2xodr.xodrWriter.even_steps import cut_records
 
 # Radius beyond which arcs become lines, m: numbers of single precision are 1.6 cm apart there.
 LARGEST_RADIUS: Final = 200e3

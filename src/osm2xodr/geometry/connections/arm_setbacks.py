@@ -78,16 +78,15 @@ def set_back_arms(
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
     forks = _part_forks(ends, trim, layout.most, turns)
-    farthest = trim + defaults.ARM_SETBACK_MAX
-    trim = np.maximum(forks, _set_back(ends, trim, np.minimum(layout.most, farthest), turns))
-    every, just = (defaults.LEAST_REDRAWN_RADIUS,), defaults.TURNING_RADIUS_ACUTE
-    usual = _at_last(ends, layout, trim, farthest, turns, every)
+    trim = np.maximum(forks, _set_back(ends, trim, np.minimum(layout.most, _farthest(layout)), turns))
+    most, just = defaults.LEAST_REDRAWN_RADIUS, defaults.TURNING_RADIUS_ACUTE
+    usual = _at_last(ends, layout, trim, turns, most)
     # What cars just manage comes first where that is more than the sharpest turn of a short street has otherwise.
     short = (_most_at_last(ends, layout, trim) > trim).reshape(-1, 2).any(1)
     sharpest = _sharpest(ends, usual, turns, just)
     tried = short & (sharpest < just)
     turns = turns.chosen(tried[turns.entry // 2] | tried[turns.exit // 2])
-    first = _at_last(ends, layout, trim, farthest, turns, (just, *every))
+    first = _at_last(ends, layout, _at_last(ends, layout, trim, turns, just), turns, most)
     better = np.repeat(tried & (_sharpest(ends, first, turns, just) > sharpest * (1 + 1e-3)), 2)
     return np.where(np.repeat(short, 2), np.where(better, first, usual), np.maximum(first, usual))
 
@@ -101,27 +100,20 @@ def _sharpest(ends: StreetEnds, trim: FloatArray, turns: Turns, radius: float) -
     return out
 
 
-def _at_last(
-    ends: StreetEnds,
-    layout: JunctionLayout,
-    trim: FloatArray,
-    farthest: FloatArray,
-    turns: Turns,
-    radii: tuple[float, ...],
-) -> FloatArray:
-    """Return how much each street end gives, down to the shortest streets, for turns that are sharper than radii, m.
+def _at_last(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray, turns: Turns, radius: float) -> FloatArray:
+    """Return how much street ends give, down to the shortest streets, for turns sharper than a radius, (ends,), m."""
+    most = _most_at_last(ends, layout, trim)
+    short = most > trim
+    least = replace(turns, radius=np.minimum(turns.radius, radius))
+    sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
+    least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
+    room = (most - trim).reshape(-1, 2).max(1)
+    return _set_back(ends, trim, np.minimum(most, _farthest(layout)), least, room)
 
-    One radius comes after the other.
-    """
-    for radius in radii:
-        most = _most_at_last(ends, layout, trim)
-        short = most > trim
-        least = replace(turns, radius=np.minimum(turns.radius, radius))
-        sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
-        least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
-        room = (most - trim).reshape(-1, 2).max(1)
-        trim = _set_back(ends, trim, np.minimum(most, farthest), least, room)
-    return trim
+
+def _farthest(layout: JunctionLayout) -> FloatArray:
+    """Return how far street ends may be set back if their streets have room, (ends,), m."""
+    return layout.trim + defaults.ARM_SETBACK_MAX
 
 
 def _most_at_last(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    blocks,
     chain_curves,
     dubins_without_slivers,
     heading_change,
@@ -119,8 +120,7 @@ def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
 def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
     """Return the largest distance of points from a polyline, both (2, n, m); (n,), m."""
     out = np.zeros(points.shape[1])
-    for lo in range(0, len(out), _ROWS_AT_ONCE):
-        part = slice(lo, lo + _ROWS_AT_ONCE)
+    for part in blocks(len(out), _ROWS_AT_ONCE):
         (x, y), (ax, ay) = (np.ascontiguousarray(item[:, part].transpose(0, 2, 1)) for item in (points, line))
         along_x, along_y = np.diff(ax, axis=0), np.diff(ay, axis=0)
         size = np.maximum(along_x * along_x + along_y * along_y, 1e-12)

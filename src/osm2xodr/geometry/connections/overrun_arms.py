@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, pose, project, ranks, runs, starts
+from osm2xodr.curves import blocks, owners, pose, project, ranks, runs, starts
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
@@ -92,7 +92,7 @@ def ways_over_arms(
     row, arm, farthest = _others(ends, layout, parts, connecting)
     if not len(row):
         return row, arm, np.zeros(0)
-    shares = [slice(lo, lo + _PAIRS_PER_SHARE) for lo in range(0, len(row), _PAIRS_PER_SHARE)]
+    shares = list(blocks(len(row), _PAIRS_PER_SHARE))
     found = list(map_parallel(lambda share: _overrun(parts, connecting, row[share], arm[share]), shares, jobs))
     pair = np.concatenate([share.start + pair for share, (pair, _) in zip(shares, found, strict=True)])
     out = np.concatenate([out for _, out in found])

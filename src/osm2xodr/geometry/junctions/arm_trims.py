@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import blocks, wrapped
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -86,8 +86,8 @@ def _covered(
     ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray, jobs: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return up to which distance along arms i, and along arms j, the edges of i lie on j, (pairs,), m."""
-    shares = [slice(lo, lo + _PAIRS_PER_SHARE) for lo in range(0, len(i), _PAIRS_PER_SHARE)]
-    found = map_parallel(partial(_covered_share, ends, i, j, stations), shares, jobs)
+    shares = blocks(len(i), _PAIRS_PER_SHARE)
+    found = map_parallel(partial(_covered_share, ends, i, j, stations), list(shares), jobs)
     cover, across = map(np.concatenate, zip(*found, strict=True))
     return cover, across
 
@@ -98,8 +98,7 @@ def _covered_share(
     """Return what `_covered` does, for some of the pairs."""
     i, j = i[share], j[share]
     cover, across = np.zeros(len(i)), np.zeros(len(i))
-    for lo in range(0, len(i), _PAIRS_AT_ONCE):
-        part = slice(lo, lo + _PAIRS_AT_ONCE)
+    for part in blocks(len(i), _PAIRS_AT_ONCE):
         cover[part], across[part] = _covered_part(ends, i[part], j[part], stations)
     return cover, across
 
@@ -159,8 +158,7 @@ def _nearest(px: FloatArray, py: FloatArray, x: FloatArray, y: FloatArray) -> In
     """Return which of the places x, y, (n, m), of its row is nearest to each point, (n, points)."""
     out = np.empty(px.shape, np.int64)
     size = max(1, _DISTANCES_AT_ONCE // (px.shape[1] * x.shape[1]))
-    for lo in range(0, len(px), size):
-        part = slice(lo, lo + size)
+    for part in blocks(len(px), size):
         square = px[part, :, None] - x[part, None, :]
         square *= square
         across = py[part, :, None] - y[part, None, :]

@@ -15,13 +15,13 @@ import numpy as np
 from osm2xodr.curves import (
     advance,
     curvature_at,
+    cut_records,
     end_curvature,
     find_record,
     lengths,
     owners,
     ranks,
     spirals_between,
-    starts,
     wrapped,
 )
 from osm2xodr.geometry import defaults
@@ -128,16 +128,8 @@ def in_short_spirals(plan: PlanView, aside: FloatArray) -> PlanView:
     change = np.abs(last - first) / np.maximum(np.minimum(first, last), _SMALLEST_SCALE)
     most = np.maximum(plan.length / _SHORTEST_PART, 1.0)
     count = np.clip(np.ceil(change / _MOST_CHANGE), 1.0, most).astype(np.int64)
-    if not np.any(count > 1):
-        return plan
-    k, part = np.repeat(np.arange(len(count)), count), ranks(count)
-    length = (plan.length / count)[k]
-    ds = part * length
-    x, y, hdg = advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], ds, plan.rate[k])
-    whole = part == 0
-    x, y, hdg = (np.where(whole, old[k], new) for old, new in ((plan.x, x), (plan.y, y), (plan.hdg, hdg)))
-    start = starts(count)[plan.start]
-    return PlanView(start, plan.s[k] + ds, x, y, hdg, length, plan.curvature[k] + plan.rate[k] * ds, plan.rate[k])
+    row = np.repeat(np.arange(len(count)), count - 1)
+    return cut_records(plan, row, (ranks(count - 1) + 1) * (plan.length / count)[row])
 
 
 def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray, aside: FloatArray) -> FloatArray:

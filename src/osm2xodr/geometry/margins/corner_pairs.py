@@ -99,12 +99,10 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
     inner: list[tuple[int, MarginSpec]] = []
     track: Sidewalk | None = None
     for lane, strip in strips_at_end(parts, margins, end, side):
-        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING):
+        if strip.type in (LaneType.SIDEWALK, LaneType.BIKING) or (strip.type is LaneType.SHOULDER and not inner):
             track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner), strip.type)
         if strip.type is LaneType.SIDEWALK:
             return track
-        if strip.type is LaneType.SHOULDER and not inner:
-            track = Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, (), strip.type)
         inner.insert(0, (lane, strip))
         t += side * strip.width
     return track

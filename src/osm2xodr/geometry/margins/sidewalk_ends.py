@@ -82,18 +82,15 @@ def find_sidewalk_ends(
     following = {end: (arms[k + 1 - len(arms)], arms[k - 1]) for arms in connected for k, end in enumerate(arms)}
     edges = _edges(cars, np.array([end for end, _ in walks], np.int64))
     found: list[tuple[_Edge, Sidewalk, float]] = []
-    at: list[int] = []
     for (end, side), walk in walks.items():
         if following[end][0] == end:
             continue
         # Road ends run inwards, starts outwards.
         ahead = side == (incoming if end % 2 == 0 else -incoming)
-        beside = _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
-        found += beside
-        at += [end] * len(beside)
-    out, good = _that_fit(found, parts, cars)
+        found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
+    out = _that_fit(found, parts, cars)
     arms = np.array([end for (end, _), walk in walks.items() if walk.type is LaneType.SIDEWALK], np.int64)
-    led = np.array(at, np.int64)[good][~out.shoulder]
+    led = np.where(out.at_start, cars.entry[out.row], cars.exit[out.row])[~out.shoulder]
     many = 2 * len(parts.length)
     blunt = np.bincount(arms, minlength=many) - np.bincount(led, minlength=many)
     return out, np.repeat(parts.end_junction.ravel(), blunt)
@@ -145,8 +142,8 @@ def _nearest(
 
 def _that_fit(
     found: Sequence[tuple[_Edge, Sidewalk, float]], parts: RoadParts, cars: ConnectingRoads
-) -> tuple[SidewalkEnds, BoolArray]:
-    """Return the sidewalks that have room beside edges of lanes, each as long as it has, and which these are."""
+) -> SidewalkEnds:
+    """Return the sidewalks that have room beside edges of lanes, each as long as it has."""
     row, side = (np.array([getattr(edge, k) for edge, *_ in found], np.int64) for k in ("row", "side"))
     at_start = np.array([edge.at_start for edge, *_ in found], bool)
     width, gap, height = np.array([(walk.width, gap, walk.height) for _, walk, gap in found]).reshape(-1, 3).T
@@ -161,7 +158,7 @@ def _that_fit(
         ends = replace(ends, length=np.where(good, ends.length, np.minimum(most, longest)))
         tried = np.flatnonzero(~good)
         good[tried] = _have_room(ends.chosen(tried), parts, cars)
-    return _apart(ends.chosen(good), cars), good
+    return _apart(ends.chosen(good), cars)
 
 
 def _apart(ends: SidewalkEnds, cars: ConnectingRoads) -> SidewalkEnds:

@@ -12,7 +12,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule, Street, StreetAttributes, Structure
 from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH
 from osm2xodr.osmParsing.roadside.footway_cuts import join_like_pieces
-from osm2xodr.osmParsing.tags import tells_of_shoulders
+from osm2xodr.osmParsing.tags import near_side, tells_of_shoulders
 
 # Values of OSM's ``highway`` of carriageways with hard shoulders. Ramps have narrow ones or none.
 _CLASSES: Final = frozenset({"motorway"})
@@ -58,7 +58,8 @@ def with_guessed_shoulders(
 
 def _on_right(piece: StreetAttributes, rule: Rule) -> bool:
     """Whether the near side of a one-way piece is its right one, seen along the street."""
-    return (Direction.FORWARD in piece.car_directions()) == (rule is Rule.RIGHT_HAND)
+    runs = Direction.FORWARD if Direction.FORWARD in piece.car_directions() else Direction.BACKWARD
+    return near_side(runs, rule) == "right"
 
 
 def _near_lane(piece: StreetAttributes, rule: Rule) -> LaneSpec:

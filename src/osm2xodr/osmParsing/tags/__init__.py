@@ -6,7 +6,7 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
-from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS
+from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, near_side
 from osm2xodr.osmParsing.tags.built_up import is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
@@ -57,6 +57,7 @@ __all__ = [
     "is_transition",
     "kerb_height",
     "layer_of",
+    "near_side",
     "node_heights",
     "oneway",
     "parse_ele",
