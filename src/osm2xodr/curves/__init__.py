@@ -2,7 +2,7 @@
 
 `plan_views` tables of curves · `spirals` their shapes · `cubics` piecewise cubics · `dubins` shortest curves between
 poses · `nearest` places nearest to points · `crossings` curves that cross · `overlaps` roads over each other ·
-`clearances` room between them · `polygons` points in areas · `ragged` groups in flat arrays
+`clearances` room between them · `polygons` points in areas · `polylines` along them · `ragged` groups in flat arrays
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ from osm2xodr.curves.plan_views import (
     wrapped,
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
+from osm2xodr.curves.polylines import running_lengths
 from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts, sum_before
 from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
 
@@ -98,6 +99,7 @@ __all__ = [
     "record_turns",
     "replace_curves",
     "reverse_curves",
+    "running_lengths",
     "runs",
     "sample_curves",
     "segments_cross",

@@ -14,6 +14,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from osm2xodr.curves import running_lengths
 from osm2xodr.model import FloatArray
 from osm2xodr.shapes.placing import PlacedObject, PlacedSignal
 
@@ -228,7 +229,7 @@ def dashed(line: FloatArray, dash: float, gap: float) -> Iterator[FloatArray]:
     line = line[np.isfinite(line).all(axis=1)]
     if len(line) < 2:
         return
-    at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))))
+    at = running_lengths(line)
     if not at[-1] < _MOST_DASHES * (dash + gap):
         yield line
         return

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import shapely
 
+from osm2xodr.curves import running_lengths
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.model import FloatArray, IntArray
 
@@ -49,8 +50,7 @@ class Meshes:
         ring = np.array(corners if flat.exterior.is_ccw else corners[::-1])
         n = len(ring)
         k = np.arange(n)
-        step = np.hypot(*np.diff(np.concatenate([ring, ring[:1]]), axis=0).T)
-        along = np.concatenate([[0.0], np.cumsum(step)])
+        along = running_lengths(np.concatenate([ring, ring[:1]]))
         a = np.column_stack([ring, np.full(n, low)])
         b = np.column_stack([ring, np.full(n, high)])
         after = (k + 1) % n

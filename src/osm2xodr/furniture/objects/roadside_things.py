@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import running_lengths
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.strips import (
@@ -123,7 +124,7 @@ def _points(thing: RoadsideThing) -> list[list[float]]:
     """Return where a thing stands, m, or each one of a row."""
     points = thing.points
     if len(points) > 1:
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        along = running_lengths(points)
         at = np.linspace(0.0, along[-1], max(round(along[-1] / _TREE_SPACING), 1) + 1)
         points = np.column_stack([np.interp(at, along, column) for column in points.T])
     out: list[list[float]] = points.tolist()

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import running_lengths
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import RoadsideFinder, RoadsidePlaces, World
 from osm2xodr.model import BoolArray, FloatArray, IntArray, ObjectRepeat, RoadObject
@@ -113,7 +114,7 @@ def _points_along(lines: Sequence[FloatArray], spacing: float) -> tuple[IntArray
     """Return points along lines, vertices included: the index of each one's line, x and y, (n,), m."""
     xs, ys, owner = [np.zeros(0)], [np.zeros(0)], [np.zeros(0, np.int64)]
     for k, points in enumerate(lines):
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        along = running_lengths(points)
         count = max(int(np.ceil(along[-1] / spacing)), 1) + 1
         at = np.unique(np.concatenate([np.linspace(0.0, along[-1], count), along]))
         xs.append(np.interp(at, along, points[:, 0]))

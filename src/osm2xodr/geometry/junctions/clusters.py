@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import running_lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH_MOTORWAY,
@@ -275,7 +276,7 @@ def _same_layer(network: StreetNetwork, ends: StreetEnds) -> FloatArray:
             first for (first, _), (one, two) in zip(street.pieces[1:], pairwise(layers), strict=True) if one != two
         ]
         if changes:
-            chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(street.points, axis=0).T))])
+            chainage = running_lengths(street.points)
             room = np.array([chainage[changes[0]], chainage[-1] - chainage[changes[-1]]])
             out[2 * k : 2 * k + 2] = np.maximum(room - _RAMP, 0.0)
     return out

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cubic_value, inside_outline, lengths, profile_of, project, sample_curves
+from osm2xodr.curves import cubic_value, inside_outline, lengths, profile_of, project, running_lengths, sample_curves
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.islands import ring_of
 from osm2xodr.model import (
@@ -138,9 +138,10 @@ def _on_tracks(x: FloatArray, y: FloatArray, tracks: FloatArray) -> BoolArray:
 
 def _on_track(corners: FloatArray, tracks: FloatArray) -> bool:
     """Whether a track leads over an island, whose kerbs are looked at every cell."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0, append=corners[:1]).T))])
+    ring = np.concatenate([corners, corners[:1]])
+    along = running_lengths(ring)
     at = np.linspace(0.0, along[-1], int(along[-1] / _CELL) + 2)
-    x, y = (np.interp(at, along, np.append(column, column[0])) for column in corners.T)
+    x, y = (np.interp(at, along, column) for column in ring.T)
     return bool(_on_tracks(x, y, tracks).any())
 
 

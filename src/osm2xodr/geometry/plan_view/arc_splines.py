@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, arc_step, wrapped
+from osm2xodr.curves import advance, arc_step, running_lengths, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -97,7 +97,7 @@ def turns_of(points: FloatArray, closed: bool) -> FloatArray:
 def _first_guess(points: FloatArray, closed: bool) -> _Spline:
     """Return arcs along the polyline, whose corners they round somewhat."""
     line = np.concatenate([points, points[:1]]) if closed else points
-    chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    chainage = running_lengths(line)
     arcs = int(np.clip(np.ceil(chainage[-1] / defaults.RING_ARC), _FEWEST_ARCS, _MOST_ARCS))
     at = np.linspace(0.0, chainage[-1], arcs + 1)
     x, y = np.interp(at, chainage, line[:, 0]), np.interp(at, chainage, line[:, 1])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths, pose, starts, sum_before
+from osm2xodr.curves import find_record, lengths, pose, running_lengths, starts, sum_before
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
@@ -104,7 +104,7 @@ def _piece_places(network: StreetNetwork, length: FloatArray) -> FloatArray:
         if len(street.pieces) == 1:
             out.append(0.0)
             continue
-        chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(street.points, axis=0).T))])
+        chainage = running_lengths(street.points)
         out += (chainage[[first for first, _ in street.pieces]] * (size / chainage[-1])).tolist()
     return np.array(out)
 

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, starts
+from osm2xodr.curves import owners, running_lengths, starts
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -80,7 +80,7 @@ def fit_polylines(
         anchored[:-1] |= last[1:] & closed[owner[:-1]]
     moved, tangent, turn = _displaced_fillets(points[kept], interior, anchored, corner_radius[owner])
     plan, kept_station = _records(moved, tangent, turn, owner, len(start) - 1)
-    chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    chainage = running_lengths(points)
     station = np.interp(chainage, chainage[kept], kept_station)
     # Where an end of one polyline and the start of the next coincide, interpolation cannot tell them apart.
     station[kept] = kept_station

@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     cut_curves,
     pose,
     reverse_curves,
+    running_lengths,
     snap_cuts,
     stack_plan_views,
     starts,
@@ -103,7 +104,7 @@ def move_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArra
     """Move the ends of a street with nodes (n, 2) by x, y, (2,), m; the line follows over `_RING_ARM_BLEND`."""
     if at_start is None and at_end is None:
         return points
-    chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    chainage = running_lengths(points)
     blend = min(_RING_ARM_BLEND, float(chainage[-1]))
     out = points.copy()
     for shift, away in ((at_start, chainage), (at_end, chainage[-1] - chainage)):

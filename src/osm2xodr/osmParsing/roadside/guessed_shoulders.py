@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
+from osm2xodr.curves import running_lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule, Street, StreetAttributes, Structure
 from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH
@@ -77,7 +76,7 @@ def _may_have_one(piece: StreetAttributes, rule: Rule) -> bool:
 def _beside_auxiliary_lanes(street: Street, rule: Rule) -> list[bool]:
     """Say of which pieces the near lane leads off or ends, as its turns or those of a piece behind tell."""
     pieces = [piece for _, piece in street.pieces]
-    reach = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(street.points, axis=0).T))])
+    reach = running_lengths(street.points)
     begin = [float(reach[first]) for first, _ in street.pieces]
     out = [not _near_lane(piece, rule).turns <= _THROUGH for piece in pieces]
     along = Direction.FORWARD in pieces[0].car_directions()
