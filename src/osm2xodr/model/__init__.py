@@ -50,6 +50,7 @@ from osm2xodr.model.roads import (
     StructureRecord,
 )
 from osm2xodr.model.shared import (
+    CAR_LANES,
     VEHICLE_LANES,
     Access,
     BoolArray,
@@ -94,6 +95,7 @@ from osm2xodr.model.streets import (
 from osm2xodr.model.surroundings import OpenWater, Surroundings, Water, WaterArea
 
 __all__ = [
+    "CAR_LANES",
     "EVERY_LANE",
     "VEHICLE_LANES",
     "Access",

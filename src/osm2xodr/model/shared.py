@@ -72,8 +72,10 @@ class Access(str, Enum):
     HOV = "HOV"  # High-occupancy vehicles: cars with several people in them, and buses
 
 
+# Types of lanes that all cars may use.
+CAR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL})
 # Types of lanes for motor vehicles.
-VEHICLE_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
+VEHICLE_LANES: Final = CAR_LANES | {LaneType.BUS, LaneType.TAXI}
 
 
 class Structure(int, Enum):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final
 
 from osm2xodr.model.corrections import Corrections
 from osm2xodr.model.shared import (
+    CAR_LANES,
     Access,
     Direction,
     FloatArray,
@@ -20,8 +20,6 @@ from osm2xodr.model.shared import (
     Structure,
 )
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
-
-_CAR_LANES: Final = (LaneType.DRIVING, LaneType.BIDIRECTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,7 @@ class StreetAttributes:
         Lanes for bicycles or buses may run against a one-way street without making it a two-way street.
         """
         # Read more than a million times in a city.
-        for_cars = {lane.direction for lane in self.lanes_ltr if lane.type in _CAR_LANES}
+        for_cars = {lane.direction for lane in self.lanes_ltr if lane.type in CAR_LANES}
         return frozenset(for_cars or {lane.direction for lane in self.lanes_ltr})
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from osm2xodr.model import Connection, LaneType, Road, RoadLink, RoadMap
+from osm2xodr.model import CAR_LANES, Connection, LaneType, Road, RoadLink, RoadMap
 from osm2xodr.xodrWriter.words import Words
 
 # What such a way is written as: nothing is driven on, but the surface stays.
@@ -55,7 +55,7 @@ def _ways(connection: Connection, roads: Mapping[int, Road], some: frozenset[Lan
         return []
     before = roads[entry.id].lane_sections[0 if entry.at_start else -1]
     types = {lane.id: lane.type for lane in before.lanes}
-    open_ = some | {LaneType.DRIVING, LaneType.BIDIRECTIONAL}
+    open_ = some | CAR_LANES
     return [
         _Way(entry, (leaves, _exit_lane(road, lane)), types[begin] not in some, (road.id, lane))
         for begin, lane in connection.lane_links

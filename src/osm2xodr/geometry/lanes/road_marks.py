@@ -17,12 +17,20 @@ from osm2xodr.conventions import GENERIC, Country, MarkStyle
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
-from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, RoadMark, Rule, StreetAttributes
+from osm2xodr.model import (
+    CAR_LANES,
+    VEHICLE_LANES,
+    Direction,
+    LaneSpec,
+    LaneType,
+    MarginSpec,
+    RoadMark,
+    Rule,
+    StreetAttributes,
+)
 
 NO_MARK: Final = RoadMark("none", width=0.0)
 _UNMARKED: Final = RoadMark("none", width=0.0, lane_change="both")
-_ALL_CARS: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL})
-_ALL_MOTOR: Final = frozenset({*_ALL_CARS, LaneType.BUS, LaneType.TAXI})
 # Whether drivers may leave their lane to the left and to the right (OSM wiki, Key:change).
 _CHANGES: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
     {
@@ -100,7 +108,7 @@ def mark_kind(attributes: StreetAttributes) -> Hashable:
 def change_kind(lane: LaneSpec) -> Hashable:
     """Return the lane changes that tags allow; None where those are the usual ones."""
     allowed = _CHANGES.get(lane.change)
-    return None if allowed == (True, True) and lane.type in _ALL_CARS else allowed
+    return None if allowed == (True, True) and lane.type in CAR_LANES else allowed
 
 
 def same_marks(one: StreetAttributes, other: StreetAttributes) -> bool:
@@ -163,7 +171,7 @@ class _Painter:
     def _between(self, k: int, leftwards: bool) -> RoadMark:
         """Return the mark between the k-th lane and the one left of it, counted from the left."""
         left, right = self._lanes[k - 1], self._lanes[k]
-        for_motors = left.type in _ALL_MOTOR and right.type in _ALL_MOTOR
+        for_motors = left.type in VEHICLE_LANES and right.type in VEHICLE_LANES
         if self._attributes.marked is False and for_motors:
             return _UNMARKED
         if left.direction is right.direction:
@@ -179,7 +187,7 @@ class _Painter:
 
     def _of_one_direction(self, k: int, left: LaneSpec, right: LaneSpec) -> _Border:
         kinds = {left.type, right.type}
-        special = len(kinds - _ALL_CARS) > 0 and len(kinds) > 1
+        special = len(kinds - CAR_LANES) > 0 and len(kinds) > 1
         # Cars may cross a bicycle lane that lies between their own lanes (before a turn lane).
         free = not special or self._is_between_car_lanes(k if right.type is LaneType.BIKING else k - 1)
         backward = left.direction is Direction.BACKWARD
@@ -194,13 +202,13 @@ class _Painter:
         if lanes[place].type is not LaneType.BIKING or not 0 < place < len(lanes) - 1:
             return False
         return all(
-            beside.type in _ALL_MOTOR and beside.direction is lanes[place].direction
+            beside.type in VEHICLE_LANES and beside.direction is lanes[place].direction
             for beside in (lanes[place - 1], lanes[place + 1])
         )
 
     def _between_directions(self, leftwards: bool) -> RoadMark:
         attributes, style = self._attributes, self._style
-        motor_lanes = [lane for lane in self._lanes if lane.type in _ALL_MOTOR]
+        motor_lanes = [lane for lane in self._lanes if lane.type in VEHICLE_LANES]
         forbidden = attributes.no_overtaking
         divider = _DIVIDERS.get(attributes.divider)
         wide = len(motor_lanes) > 2
