@@ -21,7 +21,7 @@ from osm2xodr.geometry.heights.limits import (
 )
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.stiffness import Beams
-from osm2xodr.model import FloatArray
+from osm2xodr.model import FloatArray, PlanView
 
 
 def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spacing: float = 25.0) -> Network:
@@ -78,6 +78,31 @@ def test_vertical_curvature_is_limited_firmly_by_speed_and_bend() -> None:
     fast = replace(problem, span_speed=np.array([np.inf, np.nan]))
     limit = limit_curvatures(network_of_problem(fast), beams)
     assert limit.high == pytest.approx([2.5 / (130 / 3.6) ** 2] * 4 + [2.5 * 0.05 / 3.0] * 2)
+
+
+def test_vertical_curvature_is_limited_by_the_speed_behind_an_end_too() -> None:
+    # One element of 20 m; from 3 to 7 m 100 km/h hold, else 50.
+    spans = [(0.0, 0, 0), (3.0, 0, 0), (7.0, 0, 0)]
+    problem = make_problem([straight((0.0, 0.0), (20.0, 0.0), spans=spans)])
+    network = network_of_problem(replace(problem, span_speed=np.array([50.0, 100.0, 50.0]) / 3.6))
+    assert len(network.elements.h) == 1
+    limit = limit_curvatures(network, beams_of(network))
+    # Curvature that falls from an end to 0 at the other has come down to three quarters at 5 m.
+    assert limit.high == pytest.approx([2.5 / (100 / 3.6) ** 2 / 0.75, 2.5 / (50 / 3.6) ** 2])
+
+
+def test_vertical_curvature_before_a_bend_is_limited_by_the_speed_there() -> None:
+    # The last 2 m of 20 m are a bend of 4 m in radius.
+    problem = make_problem([straight((0.0, 0.0), (20.0, 0.0))])
+    plan = PlanView(
+        np.array([0, 2]), *np.array([[0.0, 18.0], [0.0, 18.0], [0.0, 0.0], [0.0, 0.0], [18.0, 2.0], [0.0, 0.25]])
+    )
+    network = network_of_problem(replace(problem, plan_view=plan))
+    limit = limit_curvatures(network, beams_of(network))
+    # At 18 m half of a wheelbase is in the bend; at 15 m none is.
+    in_bend, before = 2.5 * 0.125 / 3.0 / 0.9, 2.5 / (50 / 3.6) ** 2 / 0.75
+    assert in_bend > before
+    assert limit.high[1] == pytest.approx(before)
 
 
 def test_tunnel_beneath_a_road_near_by_does_not_throw_cars() -> None:

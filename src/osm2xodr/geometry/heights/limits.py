@@ -19,7 +19,7 @@ from osm2xodr.geometry.heights.elements import (
     hermite_slope,
     rows_matrix,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_sides
+from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_at, span_sides
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
@@ -45,6 +45,8 @@ _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 # The same of its curvature, which is linear in between.
 _CURVATURE_LIMIT_AT: Final = (0.0, 1.0)
+# How far behind such an end, as shares of the element, cars may be faster than there: a bend or a limit ends there.
+_SPEED_AT: Final = (0.0, 0.1, 0.25, 0.5)
 # Directions, from 0 to less than pi, in which the tilt of a junction is limited.
 _TILT_DIRECTIONS: Final = 4
 # From the edge of a carriageway to the middle of its outer lane, and the shortest path between lanes of two arms, m.
@@ -146,9 +148,13 @@ def limit_curvatures(network: Network, beams: Beams) -> Limits:
     u = np.tile(_CURVATURE_LIMIT_AT, len(elements.h))
     e = np.repeat(np.arange(len(elements.h), dtype=np.int64), len(_CURVATURE_LIMIT_AT))
     rows = network.in_unknowns(network.knot_rows(e, u, hermite_curvature))
-    posted = span_speeds(network.problem)[elements.span[e]]
-    speed = driven_speeds(network.problem.plan_view, elements.road[e], elements.s[e] + u * elements.h[e], posted)
-    bound = defaults.VERTICAL_ACCELERATION_MAX / speed**2
+    posted, bound = span_speeds(network.problem), np.full(len(e), np.inf)
+    for share in _SPEED_AT:
+        s = elements.s[e] + np.abs(u - share) * elements.h[e]
+        span = span_at(network.problem, elements.road[e], s)
+        speed = driven_speeds(network.problem.plan_view, elements.road[e], s, posted[span])
+        # Curvature that falls to 0 at the other end has come down to that much there.
+        bound = np.minimum(bound, defaults.VERTICAL_ACCELERATION_MAX / speed**2 / (1.0 - share))
     return _within(rows, bound, (elements.h / beams.flexibility)[e], _NO_CAP)
 
 
