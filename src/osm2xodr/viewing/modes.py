@@ -90,15 +90,20 @@ def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray
 def drawn_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
     """Return lane types as pictures show them: pavement between the lanes of a junction is as these are.
 
-    It consists of shoulders of connecting roads that lead nowhere and are as high as the road.
+    It consists of shoulders of connecting roads that are as high as the road and lead nowhere, or lie beside a
+    sidewalk as it passes a driveway.
     """
     names, type_of = lane_types(file, scene)
     if "shoulder" not in names:
         return names, type_of
     lanes, row = file.lanes, scene.lane
     paved = (type_of == names.index("shoulder")) & ~lanes.height[row].any(1)
-    paved &= file.roads.junction[file.sections.road[lanes.section[row]]] >= 0
-    paved &= (lanes.predecessor[row] == ABSENT) & (lanes.successor[row] == ABSENT)
+    road = file.sections.road[lanes.section[row]]
+    walked = (
+        np.isin(road, road[type_of == names.index("sidewalk")]) if "sidewalk" in names else np.zeros(len(row), bool)
+    )
+    paved &= file.roads.junction[road] >= 0
+    paved &= walked | ((lanes.predecessor[row] == ABSENT) & (lanes.successor[row] == ABSENT))
     return names, np.where(paved, names.index("driving"), type_of)
 
 

@@ -104,19 +104,23 @@ def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
 
 
 def test_pavement_between_the_lanes_of_a_junction_looks_like_these(tmp_path: Path) -> None:
-    """Not what leads on, nor what lies beside plain roads; nor is it in the legend."""
+    """Not what leads on, but beside a sidewalk, nor what lies beside plain roads; nor is it in the legend."""
     asphalt = (0x5D, 0x6B, 0x7A)
     link = '<link><predecessor id="2"/></link>'
     paved, led = (
         section(0.0, lane(1, (0, 2.0), kind="shoulder", more=more), lane(-1, (0, 4.0))) for more in ("", link)
     )
+    walk = lane(2, (0, 2.0), kind="sidewalk", more=link) + lane(1, (0, 2.0), kind="shoulder", more=link)
     roads = [
         road(str(k), geometry(LINE, 40.0, x=20.0, y=20.0 - 20.0 * k), 40.0, junction=junction, lanes=lanes)
-        for k, (junction, lanes) in enumerate((("9", paved), ("9", led), ("-1", paved)))
+        for k, (junction, lanes) in enumerate(
+            (("9", paved), ("9", led), ("-1", paved), ("9", section(0.0, walk, lane(-1, (0, 4.0)))))
+        )
     ]
     image = image_of(read_text(tmp_path, document(*roads, '<junction id="9" name=""/>')), OPTIONS)
     assert at(image, 40.0, 21.0) == at(image, 40.0, 18.0) == asphalt
     assert at(image, 40.0, 1.0) == at(image, 40.0, -19.0) == (0x76, 0x82, 0x8E)
+    assert at(image, 40.0, -39.0) == asphalt
     shown = make_picture(read_text(tmp_path, document(roads[0], '<junction id="9" name=""/>')), OPTIONS).mode.scale
     assert isinstance(shown, Categories)
     assert [name for name, present in zip(shown.names, shown.present, strict=True) if present] == ["driving"]
