@@ -89,6 +89,18 @@ def test_the_inner_edge_keeps_its_radius(name: str, rule: Rule) -> None:
 
 
 @EITHER
+def test_a_slight_bend_beside_a_corner_does_not_become_one(rule: Rule) -> None:
+    """It bends the other way by 10 degrees: turned with the corner's radius, the outer edge would be tight there."""
+    fitted, line, _ = street(bent((0, 40), (-107, 8.0), (10, 40)), "highway=residential", rule)
+    turn = fitted.plan_view.length * fitted.plan_view.curvature * (1 if rule is Rule.RIGHT_HAND else -1)
+    radius = RESIDENTIAL_HALF + INNER_EDGE_RADIUS
+    assert turn.sum() == pytest.approx(math.radians(-97.0), abs=0.02)
+    tight = np.abs(fitted.plan_view.curvature) > 0.99 / radius
+    assert turn[tight & (turn > 0.0)].sum() < math.radians(2.0)
+    assert farthest(fitted, line) < 2.0
+
+
+@EITHER
 def test_the_ends_stay_where_they_are(rule: Rule) -> None:
     nodes = bent((0, 30), (100, 3.5), (10, 3.0))
     fitted, line, _ = street(nodes, "highway=residential", rule)

@@ -2,7 +2,7 @@
 
 Where a bend is tighter than half of the carriageway is wide, its inner edge runs backwards. OSM's nodes are a metre
 or two off, so the line gives way: of the parts that the Dubins curve with the radius that the inner edge needs can
-replace, that is replaced for which the line moves least.
+replace, that is replaced for which the line moves least and turns back and forth least.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ _LINES_AT_ONCE: Final = 4000
 _SLIVER: Final = 0.02
 # Rounding errors, m, and of curvature times radius.
 _ROUNDING: Final = 1e-6
-# Parts that move the line by as much, within this, m, are equally good: the shortest is taken, and of equally long
+# How far the line may move to turn one radian less to and fro beside a bend, m: the outer edge is tight there. Choice
+_COUNTER_TURN: Final = 3.0
+# Parts that cost as much, within this, m, are equally good: the shortest is taken, and of equally long
 # ones that which lies more on the longer side of the street, whichever way that is drawn. That counts for this share.
 _EQUALLY_FAR: Final = 1e-4
 _LOPSIDED: Final = 1e-3
@@ -125,14 +127,22 @@ def _wider(plan: PlanView, bends: _Bends) -> tuple[IntArray, FloatArray, FloatAr
     end = snap_cuts(plan, curve, np.minimum(bends.end[:, None] + more[:, after], whole[:, None]).ravel(), _SLIVER)
     found = dubins_curves(*pose(plan, curve, begin), *pose(plan, curve, end), radius=bends.radius[which])
     moved = _distances(plan, curve, begin, end, found).reshape(n, -1)
+    effort = moved + _COUNTER_TURN * _counter_turns(found).reshape(n, -1)
+    effort[moved > defaults.BEND_SHIFT_MAX] = np.inf
     longer = np.sign(bends.begin - (whole - bends.end))[which]
     lopsided = longer * ((end - bends.end[which]) - (bends.begin[which] - begin))
     cost = (end - begin + _LOPSIDED * lopsided).reshape(n, -1)
-    equal = moved <= moved.min(1, keepdims=True) + _EQUALLY_FAR
+    equal = effort <= effort.min(1, keepdims=True) + _EQUALLY_FAR
     best = np.where(equal, cost, np.inf).argmin(1)
     chosen = np.flatnonzero(moved[np.arange(n), best] <= defaults.BEND_SHIFT_MAX)
     row = best[chosen] + chosen * len(before)
     return chosen, begin[row], end[row], found, row
+
+
+def _counter_turns(curves: PlanView) -> FloatArray:
+    """Return by how much curves turn back and forth beyond the turn from end to end, (n,), rad, either way."""
+    turn, owner, n = curves.length * curves.curvature, owners(curves.start), len(curves.start) - 1
+    return np.asarray((np.bincount(owner, np.abs(turn), n) - np.abs(np.bincount(owner, turn, n))) / 2)
 
 
 def _distances(plan: PlanView, curve: IntArray, begin: FloatArray, end: FloatArray, found: PlanView) -> FloatArray:
