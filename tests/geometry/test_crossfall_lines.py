@@ -181,3 +181,19 @@ def test_cubics_that_continue_the_one_before_are_not_written() -> None:
     assert records.s.tolist() == [0.0, 0.0, 5.0]
     assert records.a.tolist() == [1.0, 3.0, 3.0]
     assert records.c.tolist() == pytest.approx([0.01, 0.0, 0.0], abs=1e-12)
+
+
+def test_cubics_that_a_checker_calls_redundant_are_one() -> None:
+    # Cubics of 0.5 and 49.5 m whose coefficients about s = 0 differ by 8e-7 at most, though they are 2 mm apart at
+    # the end; ASAM's checker takes less than 1e-6 for the same. The ends of what is left are those of both.
+    at = np.array([0.0, 0.5, 50.0])
+    step = 8e-7 * (at - 0.5) ** 2 * (at > 0.5)
+    value = 3.66 - 3e-5 * at**2 + step
+    slope = -6e-5 * at + 1.6e-6 * (at - 0.5) * (at > 0.5)
+    records = Kinked(np.array([0, 3]), at, value, slope, slope).records()
+    assert records.s.tolist() == [0.0]
+    assert records.a[0] + 50.0 * (records.b[0] + 50.0 * (records.c[0] + 50.0 * records.d[0])) == pytest.approx(
+        value[2]
+    )
+    other = slope + 1.6e-6 * (at - 0.5) * (at > 0.5)
+    assert Kinked(np.array([0, 3]), at, value + step, other, other).records().s.tolist() == [0.0, 0.5]

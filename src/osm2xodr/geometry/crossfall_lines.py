@@ -54,6 +54,8 @@ _ROUNDS: Final = 6
 _SAME_PLACE: Final = 0.05
 # Cubics that differ by less than this where the second ends are one, m. A choice: far below what is seen.
 _SAME_CUBIC: Final = 1e-4
+# So are those whose coefficients about s = 0 all differ by less: ASAM's checker calls them redundant.
+_REDUNDANT: Final = 1e-6
 # Pieces longer than this have a place half-way, m. A choice.
 _LONG: Final = 2.0
 # Least length of one curve beside that of the other: keeps quotients finite in bends that fold.
@@ -93,11 +95,18 @@ class Kinked:
         bend = np.diff(profile.c) - 3 * profile.d[:-1] * h[:-1]
         steps = (profile.b[1:] - into[:-1], bend, np.diff(profile.d))
         same = sum((np.abs(step) * h[1:] ** k for k, step in enumerate(steps, 1)), np.zeros(len(bend))) < _SAME_CUBIC
+        same |= _redundant(*steps, self.s[begin[1:]])
         keep = np.ones(len(self.s), bool)
         keep[begin[1:][same]] = False
         keep[self.start[:-1]] = True
         columns = (column[keep] for column in (self.s, self.value, self.before, self.after))
         return hermite_cubics(starts(np.bincount(self.curve[keep])), *columns)
+
+
+def _redundant(b: FloatArray, c: FloatArray, d: FloatArray, s: FloatArray) -> BoolArray:
+    """Whether cubics are those before, given what their coefficients change by at the places s, m, between."""
+    about_0 = (s * (s * (c - s * d) - b), b - s * (2 * c - 3 * s * d), c - 3 * s * d, d)
+    return np.all(np.abs(np.stack(about_0)) < _REDUNDANT, axis=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
