@@ -67,3 +67,25 @@ def test_guesses_about_stretches_that_were_merged_are_kept() -> None:
     assert guessed.osm_way_ids == (7, 6, 5, 4)
     assert set(guessed.guesses) > set(sure.guesses)
     assert guessed.guesses == tuple(sorted(guessed.guesses))
+
+
+@pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+def test_sidewalks_without_width_where_a_closed_street_is_cut_lead_to_none(rule: Rule) -> None:
+    # The street is cut in its middle, x = 0. It has no sidewalk from 40 m before that to 1 m beyond, too short for a
+    # section of the second road's own.
+    places = [("s", 0.0, -100.0), ("j", 0.0, 0.0), ("a", 60.0, 0.0), ("b", 60.0, 100.0), ("c", 40.0, 100.0)]
+    places += [("d", -1.0, 100.0), ("e", -60.0, 100.0), ("f", -60.0, 0.0)]
+    both, none = f"{TAGGED} name=Ring sidewalk=both", f"{TAGGED} name=Ring sidewalk=no"
+    ways = {1: ("s j", "highway=secondary"), 2: ("j a b c", both), 3: ("c d", none), 4: ("d e f j", both)}
+    case = Case({name: (x, y) for name, x, y in places}, ways)
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule).roads
+    first, second = sorted((road for road in roads if road.name == "Ring"), key=lambda road: road.id)
+    assert first.successor is not None
+    assert second.predecessor is not None
+    assert (first.successor.id, second.predecessor.id) == (second.id, first.id)
+    before, after = first.lane_sections[-1], second.lane_sections[0]
+    walks = [lane for lane in (*before.lanes, *after.lanes) if lane.type is LaneType.SIDEWALK]
+    assert walks
+    assert all(lane.predecessor is None for lane in after.lanes if lane.type is LaneType.SIDEWALK)
+    assert all(lane.successor is None for lane in before.lanes if lane.type is LaneType.SIDEWALK)
+    assert [lane.successor for lane in before.lanes if lane.type is LaneType.DRIVING] == [1, -1]

@@ -13,7 +13,7 @@ from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_cubic
-from osm2xodr.geometry.margins import SidewalkEnds, inner_width
+from osm2xodr.geometry.margins import SidewalkEnds, has_width, inner_width
 from osm2xodr.geometry.pavement import Floor
 from osm2xodr.model import (
     VEHICLE_LANES,
@@ -89,16 +89,16 @@ def road_records(
         stretches = parts.stretches[k]
         longest = max(stretches, key=lambda item: item.end - item.start) if len(stretches) > 1 else stretches[0]
         ways = dict.fromkeys(way for item in stretches for way in item.ways)
-        before, after = beyond[2 * k : 2 * k + 2]
+        before, after = (_lanes_at(link, lanes, parts) for link in beyond[2 * k : 2 * k + 2])
         out.append(
             Road(
                 id=ids.road(k),
                 name=longest.attributes.name or longest.attributes.ref,
                 junction=None,
-                predecessor=before,
-                successor=after,
+                predecessor=beyond[2 * k],
+                successor=beyond[2 * k + 1],
                 types=layout.types,
-                lane_sections=_linked(layout.sections, _section_at(before, lanes), _section_at(after, lanes)),
+                lane_sections=_linked(layout.sections, float(parts.length[k]), before, after),
                 osm_way_ids=tuple(ways),
                 guesses=tuple(sorted(frozenset[str]().union(*(guesses.get(way, ()) for way in ways)))),
             )
@@ -119,25 +119,39 @@ def _links(parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds) -> list[
     return out
 
 
-def _section_at(link: RoadLink | None, lanes: Sequence[LaneLayout]) -> LaneSection | None:
-    """Return the lane section that a road goes on with as another road (halves of a ring or loop)."""
+def _lanes_at(link: RoadLink | None, lanes: Sequence[LaneLayout], parts: RoadParts) -> dict[int, LaneType] | None:
+    """Return the types by id of the lanes with which a road goes on as another road (halves of a ring or loop)."""
     if link is None or link.to_junction:
         return None
-    return lanes[link.id - 1].sections[0 if link.at_start else -1]
+    sections = lanes[link.id - 1].sections
+    if link.at_start:
+        return _with_width(sections[0], 0.0)
+    return _with_width(sections[-1], float(parts.length[link.id - 1]) - sections[-1].s)
+
+
+def _with_width(section: LaneSection, s: float) -> dict[int, LaneType]:
+    """Return the types by id of the lanes of a section that have any width at a place of it, m."""
+    return {lane.id: lane.type for lane in section.lanes if lane.id and has_width(lane.widths, s)}
 
 
 def _linked(
-    sections: tuple[LaneSection, ...], before: LaneSection | None, after: LaneSection | None
+    sections: tuple[LaneSection, ...],
+    length: float,
+    before: Mapping[int, LaneType] | None,
+    after: Mapping[int, LaneType] | None,
 ) -> tuple[LaneSection, ...]:
-    """Link lanes to those of the same id and type beyond the road's ends."""
+    """Link lanes of a road of some length to those of the same id and type beyond its ends.
+
+    ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section has no link beyond it.
+    """
     out = list(sections)
     if before is not None:
-        types = {lane.id: lane.type for lane in before.lanes if lane.id}
-        lanes = (replace(a, predecessor=a.id if types.get(a.id) is a.type else None) for a in out[0].lanes)
+        same = before.items() & _with_width(out[0], 0.0).items()
+        lanes = (replace(a, predecessor=a.id if (a.id, a.type) in same else None) for a in out[0].lanes)
         out[0] = LaneSection(out[0].s, tuple(lanes))
     if after is not None:
-        types = {lane.id: lane.type for lane in after.lanes if lane.id}
-        lanes = (replace(a, successor=a.id if types.get(a.id) is a.type else None) for a in out[-1].lanes)
+        same = after.items() & _with_width(out[-1], length - out[-1].s).items()
+        lanes = (replace(a, successor=a.id if (a.id, a.type) in same else None) for a in out[-1].lanes)
         out[-1] = LaneSection(out[-1].s, tuple(lanes))
     return tuple(out)
 

@@ -7,7 +7,7 @@ from osm2xodr.geometry.margins.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.margins.corner_strips import inner_width
 from osm2xodr.geometry.margins.sidewalk_ends import SidewalkEnds, find_sidewalk_ends
 from osm2xodr.geometry.margins.strip_clearance import margins_with_room
-from osm2xodr.geometry.margins.strip_lanes import add_margins
+from osm2xodr.geometry.margins.strip_lanes import add_margins, has_width
 from osm2xodr.geometry.margins.strips import Margins, find_margins
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "add_margins",
     "find_margins",
     "find_sidewalk_ends",
+    "has_width",
     "inner_width",
     "lay_out_corners",
     "margins_with_room",

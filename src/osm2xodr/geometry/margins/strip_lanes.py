@@ -108,7 +108,12 @@ class _Side:
 
         ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section has no link beyond it.
         """
-        return self._id(k, column) if value_of_cubics(self.widths[column], s, before=True) > _NO_WIDTH else None
+        return self._id(k, column) if has_width(self.widths[column], s) else None
+
+
+def has_width(widths: Sequence[Cubic], s: float) -> bool:
+    """Whether a lane with some widths has any right before s, or at the start of its first record, m."""
+    return value_of_cubics(widths, s, before=True) > _NO_WIDTH
 
 
 def _is_step(inner: float, outer: float) -> bool:
