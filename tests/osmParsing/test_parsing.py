@@ -367,3 +367,18 @@ def test_a_large_area_is_said(tmp_path: Path) -> None:
     (item,) = diagnostics
     assert (item.kind, item.code) == (Kind.NOTE, "extent")
     assert "105 km" in item.message
+
+
+@pytest.mark.parametrize(("metres", "kmh"), [(700.0, 50.0), (900.0, 110.0)])
+@pytest.mark.parametrize("furniture", [True, False])
+def test_streets_that_people_often_cross_have_the_limit_of_towns(
+    tmp_path: Path, metres: float, kmh: float, furniture: bool
+) -> None:
+    # Two crossings for every 800 m at least. OSM's wiki, Default speed limits: in France 50 km/h in built-up areas,
+    # 110 on dual carriageways outside of them.
+    nodes = {1: (0.0, 0.0), 2: (100.0, 0.0), 3: (600.0, 0.0), 4: (metres, 0.0)}
+    crossed = {2: "highway=crossing", 3: "highway=crossing crossing=marked"}
+    area = Area(nodes, {20: ([1, 2, 3, 4], "highway=primary oneway=yes")}, {}, crossed, lon_0=2.5)
+    network = parse_osm(write_osm(tmp_path, area.elements()), ParseOptions(furniture=furniture), Diagnostics())
+    ((_, piece),) = network.streets[0].pieces
+    assert piece.default_speed == pytest.approx(kmh / 3.6)

@@ -91,6 +91,10 @@ BUILT_UP_DENSITY: Final = 10.0
 # residential, as in downtowns. Of 5,600 streets with a limit in 47 extracts, 80 % of those up to 60 km/h are found
 # instead of 73 %, and 29 % of the faster ones instead of 27 %; with 60 m per hectare, 84 and 36 %.
 BUILT_UP_STREET_DENSITY: Final = 80.0
+# Or people cross a street at places that are no farther apart in the mean, m. Of 8,066 streets with a limit in 130
+# extracts, 1,512 are not found otherwise, half of them up to 50 km/h; of the 172 with crossings this near 141 are up
+# to 50 km/h, and 10 from 70 km/h.
+BUILT_UP_CROSSING_SPACING: Final = 400.0
 # Streets with a higher limit have lanes as outside of towns, km/h: RASt 06 holds up to 50, signs in towns add 10; the
 # Green Book's streets of low speed end at 45 mph. A choice between.
 TOWN_SPEED_MAX_KMH: Final = 60.0

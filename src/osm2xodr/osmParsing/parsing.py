@@ -18,7 +18,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
 from osm2xodr.osmParsing.corrections import correct_nodes
-from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY, BUILT_UP_STREET_DENSITY
+from osm2xodr.osmParsing.defaults import BUILT_UP_CROSSING_SPACING, BUILT_UP_DENSITY, BUILT_UP_STREET_DENSITY
 from osm2xodr.osmParsing.file import OsmFile, RawNodes, RawWay, open_osm_file, read_nodes
 from osm2xodr.osmParsing.network import (
     Pieces,
@@ -37,6 +37,7 @@ from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import (
     WayPieces,
     attach_footways,
+    crossing_densities,
     is_thing,
     kerbs_along,
     node_keys,
@@ -104,7 +105,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
     country = find_country(code)
     by_piece = _by_piece(pieces, points)
-    dense = _among_dwellings(ways, by_piece)
+    dense = _built_up(ways, by_piece, nodes)
     known = {way for way, item in corrections.ways.items() if item.width is not None}
     kerbs = kerbs_along(ways, by_piece, beside, nodes, points, known)
     width, speeds = options.default_lane_width, options.default_speeds
@@ -166,11 +167,13 @@ def _by_piece(pieces: Pieces, points: FloatArray) -> WayPieces:
     return WayPieces(points[nodes], nodes, counts, pieces.way)
 
 
-def _among_dwellings(ways: Sequence[RawWay], pieces: WayPieces) -> set[int]:
-    """Return the ids of the ways among residential, or among many, streets."""
+def _built_up(ways: Sequence[RawWay], pieces: WayPieces, nodes: RawNodes) -> set[int]:
+    """Return the ids of the ways among residential, or among many, streets, and of those that people often cross."""
     highways = [way.tags["highway"] for way in ways]
     dwellings, streets = street_densities(pieces.points, pieces.count, pieces.way, highways)
     dense = (dwellings >= BUILT_UP_DENSITY) | (streets >= BUILT_UP_STREET_DENSITY)
+    crossings = crossing_densities(pieces, len(ways), nodes.ids, nodes.tags)
+    dense |= crossings >= 1.0 / BUILT_UP_CROSSING_SPACING
     return {ways[index].id for index in np.flatnonzero(dense).tolist()}
 
 

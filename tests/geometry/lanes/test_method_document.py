@@ -24,7 +24,13 @@ def values(module: ModuleType) -> dict[str, object]:
     return {name: value for name, value in vars(module).items() if name.isupper()}
 
 
-GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "BUILT_UP_STREET_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
+GUESSED_SPEEDS = (
+    "BUILT_UP_DENSITY",
+    "BUILT_UP_STREET_DENSITY",
+    "BUILT_UP_CROSSING_SPACING",
+    "SERVICE_SPEED_KMH",
+    "LINK_SPEED_KMH",
+)
 OF_KERBS = (
     *("BESIDE_SPACING", "KERB_REACH", "KERBS_SCATTER", "MOUTH_LENGTH"),
     *("LANES_ABREAST", "LANE_WIDTH_ABREAST_MAX"),

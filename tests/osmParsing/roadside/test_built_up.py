@@ -1,4 +1,4 @@
-"""How densely streets lie around a way."""
+"""How densely streets lie around a way, and people cross it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from osm2xodr.model import FloatArray
-from osm2xodr.osmParsing.roadside.built_up import street_densities
+from osm2xodr.osmParsing.roadside import WayPieces
+from osm2xodr.osmParsing.roadside.built_up import crossing_densities, street_densities
 
 
 def density(dwellings: str, distance: float) -> list[float]:
@@ -48,3 +49,19 @@ def test_a_way_of_two_pieces_has_their_mean() -> None:
     lines, counts, ways = points[[0, 1, 1, 2, 3, 4]], np.array([2, 2, 2]), np.array([0, 0, 1])
     both = street_densities(lines, counts, ways, ["tertiary", "residential"])[0, 0]
     assert both == pytest.approx((100.0 * near + 1000.0 * far) / 1100.0)
+
+
+def test_crossings_count_once_and_only_where_people_cross() -> None:
+    # A way of 300 m in two pieces that share node 12, at which people cross, and a way of 100 m. Nodes 10 to 14
+    # have the numbers 0 to 4.
+    points = np.array([(0.0, 0.0), (200.0, 0.0), (200.0, 0.0), (300.0, 0.0), (0.0, 50.0), (100.0, 50.0)])
+    pieces = WayPieces(points, np.array([0, 2, 2, 1, 3, 4]), np.array([2, 2, 2]), np.array([0, 0, 1]))
+    tags = {
+        10: {"highway": "crossing"},
+        11: {"highway": "traffic_signals"},
+        12: {"highway": "crossing", "crossing": "marked"},
+        13: {"highway": "crossing", "crossing": "no"},
+        99: {"highway": "crossing"},
+    }
+    found = crossing_densities(pieces, 3, np.arange(10, 15), tags)
+    assert found.tolist() == pytest.approx([2.0 / 300.0, 0.0, 0.0])

@@ -7,7 +7,7 @@ footways that are mapped apart, `guessed_sidewalks` adds those of streets in tow
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.roadside.built_up import street_densities
+from osm2xodr.osmParsing.roadside.built_up import crossing_densities, street_densities
 from osm2xodr.osmParsing.roadside.carriageways import street_facts
 from osm2xodr.osmParsing.roadside.guessed_shoulders import with_guessed_shoulders
 from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
@@ -20,6 +20,7 @@ from osm2xodr.osmParsing.roadside.things import kerbs_beside, read_beside, ways_
 __all__ = [
     "WayPieces",
     "attach_footways",
+    "crossing_densities",
     "is_thing",
     "kerbs_along",
     "kerbs_beside",

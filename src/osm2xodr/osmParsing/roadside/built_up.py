@@ -1,13 +1,14 @@
-"""How densely streets lie around each way: the mark of a built-up area where no tag says so."""
+"""How densely streets lie around each way, and people cross it: marks of a built-up area where no tag says so."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.osmParsing.roadside.kerbs import WayPieces
 from osm2xodr.osmParsing.roadside.reach import sample_lines
 
 # Streets with houses, by OSM's highway value (OSM wiki, Key:highway).
@@ -45,4 +46,22 @@ def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highw
     total = np.array([np.bincount(way, lines.length * near[index], len(highways)) for near in around])
     length = np.bincount(way, lines.length, len(highways))
     density: FloatArray = total / np.maximum(length, 1e-9) / _WINDOW_HA
+    return density
+
+
+def crossing_densities(
+    pieces: WayPieces, ways: int, node_ids: IntArray, tags: Mapping[int, Mapping[str, str]]
+) -> FloatArray:
+    """Return how many places each of so many ways has at which people cross, (ways,), per m.
+
+    `node_ids` are those of the numbers of `pieces`; `tags` are those of nodes by id.
+    """
+    crossed = [
+        node for node, item in tags.items() if item.get("highway") == "crossing" and item.get("crossing") != "no"
+    ]
+    on_way = np.isin(node_ids[pieces.node], np.array(crossed, np.int64))
+    way = np.repeat(pieces.way, pieces.count)[on_way]
+    # Once, where two pieces of a way share the node.
+    pairs = np.unique(np.stack([way, pieces.node[on_way]]), axis=1)
+    density: FloatArray = np.bincount(pairs[0], minlength=ways) / np.maximum(pieces.way_lengths(ways), 1e-9)
     return density

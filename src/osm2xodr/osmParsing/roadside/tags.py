@@ -30,6 +30,8 @@ _NODE_DETAILS: Final = frozenset(
         *("subway", "ferry", "light_rail", "access", "motor_vehicle", "segregated"),
     }
 )
+# What says that a crossing is none.
+_CROSSED: Final = frozenset({"crossing"})
 _LAMP_DETAILS: Final = frozenset({"lamp_mount", "lamp_type"})
 _TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumference", "diameter_crown"})
 # Names are kept only where a sign or a stop shows them.
@@ -109,11 +111,11 @@ BESIDE_TAGS: Final = (
 def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str], frozenset[str]]:
     """Return the keys of which a node must have one to be read, and further keys that are kept.
 
-    `furniture` says whether anything but turning circles, signals and heights is needed; `extra` are kinds of things
-    read on request: ``lamps``, ``trees``.
+    `furniture` says whether anything but turning circles, signals, heights and places where people cross is needed;
+    `extra` are kinds of things read on request: ``lamps``, ``trees``.
     """
     if not furniture:
-        return _NODE_KEYS, frozenset()
+        return _NODE_KEYS, _CROSSED
     keys, details = _NODE_KEYS | _FURNITURE_NODE_KEYS, _NODE_DETAILS
     if "trees" in extra:
         keys, details = keys | {"natural"}, details | _TREE_DETAILS
