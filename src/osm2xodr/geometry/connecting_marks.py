@@ -79,7 +79,9 @@ class _Places(NamedTuple):
         of = np.repeat(np.arange(len(rows)), count)
         share = ranks(count) / (count - 1)[of]
         x, y, hdg = pose(connecting.plan_view, rows[of], share * length[of])
-        width = connecting.entry_width[rows][of] * (1 - share) + connecting.exit_width[rows][of] * share
+        # Bicycle lanes that join cars widen in their last metres only.
+        last = np.where(connecting.joins_cars, connecting.entry_width, connecting.exit_width)
+        width = connecting.entry_width[rows][of] * (1 - share) + last[rows][of] * share
         return _Places(rows[of], np.column_stack([x, y]), hdg, 0.5 * width)
 
     def chosen(self, which: BoolArray | IntArray) -> _Places:

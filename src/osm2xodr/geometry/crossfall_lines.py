@@ -155,7 +155,7 @@ def _straight_junctions(problem: ProfileProblem, connecting: ConnectingRoads) ->
     plan = chosen_curves(connecting.plan_view, row)
     every = np.arange(len(row))
     begin, end = (pose(plan, every, s)[2] for s in (np.zeros(len(row)), length))
-    plain = ~connecting.beside_cars()[row]
+    plain = ~(connecting.beside_cars() | connecting.joins_cars)[row]
     straight = plain & ~connecting.against[row] & (np.abs(wrapped(end - begin)) <= _MOST_TURN)
     fits[connecting.junction[row[~straight]]] = False
     return fits

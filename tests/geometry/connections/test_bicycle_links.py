@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from street_cases import Case
 
-from osm2xodr.curves import cubic_value, lengths, value_of_cubics
+from osm2xodr.curves import cubic_value, lengths, pose, value_of_cubics
 from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneLink, LaneMovement, assign_lanes
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
@@ -102,12 +102,16 @@ def test_where_a_bicycle_lane_ends_bicycles_join_the_cars_and_no_car_its_lane(ru
 
 
 @EITHER
-def test_bicycles_that_join_cars_keep_their_width_until_the_lane_for_cars_begins(rule: Rule) -> None:
-    # Far arms: the way through the junction is longer than it takes to widen by 1 in 5.
+@pytest.mark.parametrize(("side", "lanes"), [("right", 1), ("right", 2), ("left", 2)])
+def test_bicycles_that_join_cars_keep_to_the_edge_of_their_lane(side: str, lanes: int, rule: Rule) -> None:
+    # Far arms: the way through the junction is longer than it takes to widen by 1 in 1.
     nodes = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "s": (0.0, -100.0)}
+    right = (side == "right") is (rule is Rule.RIGHT_HAND)
+    side = "right" if right else "left"
+    beside = f"cycleway:{side}=lane cycleway:{side}:width=1.5"
     ways = {
-        1: ("w a", "oneway=yes lanes=1 width=5 cycleway=lane cycleway:width=1.5 maxspeed=50"),
-        2: ("a e", "oneway=yes lanes=1 width=2.5 maxspeed=50"),
+        1: ("w a", f"oneway=yes lanes={lanes} width=7.5 {beside} maxspeed=50"),
+        2: ("a e", f"oneway=yes lanes={lanes} width={3 * lanes} maxspeed=50"),
         3: ("s a", "lanes=6 width=30 oneway=yes maxspeed=50"),
     }
     case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
@@ -120,13 +124,25 @@ def test_bicycles_that_join_cars_keep_their_width_until_the_lane_for_cars_begins
         if lane.type is LaneType.BIKING and lane.predecessor is not None
     )
     length = float(lengths(road_map.plan_view)[number])
-    s = np.linspace(0.0, length, 201)
+    s = np.linspace(0.0, length, 1001)
     width = np.array([value_of_cubics(lane.widths, float(place)) for place in s])
-    offset = cubic_value(road_map.lane_offset, np.full(201, number), s)
-    assert width[[0, -1]] == pytest.approx([1.5, 2.5], abs=1e-9)
-    # A smooth step by 1 m that is steepest at 1 in 5 is 7.5 m long.
+    offset = cubic_value(road_map.lane_offset, np.full(len(s), number), s)
+    assert width[[0, -1]] == pytest.approx([1.5, 3.0], abs=1e-9)
+    # A smooth step by 1.5 m that is steepest at 1 in 1 is 2.25 m long.
     assert length > 9.0
-    assert width[s < length - 7.5] == pytest.approx(1.5, abs=1e-9)
-    assert np.abs(np.diff(width) / np.diff(s)).max() == pytest.approx(0.2, abs=1e-3)
-    # The reference line stays in the middle.
-    assert np.abs(offset) == pytest.approx(width / 2, abs=1e-9)
+    assert width[s < length - 2.25] == pytest.approx(1.5, abs=1e-9)
+    assert np.abs(np.diff(width) / np.diff(s)).max() == pytest.approx(1.0, abs=1e-3)
+    # Its outer edge stays beside the middle of the narrow lane, and runs on into that of the carriageway.
+    edges = offset, offset + math.copysign(1.0, lane.id) * width
+    outer = np.minimum(*edges) if right else np.maximum(*edges)
+    assert outer == pytest.approx(-0.75 if right else 0.75, abs=1e-9)
+    arm = road_map.roads[number].successor
+    assert arm is not None
+    there = next(k for k, road in enumerate(road_map.roads) if road.id == arm.id)
+    x, y, hdg = pose(road_map.plan_view, np.array([number, there]), np.array([length, 0.0]))
+    assert np.cos(hdg) == pytest.approx([1.0, 1.0], abs=1e-9)
+    assert x[0] == pytest.approx(x[1], abs=1e-4)
+    # Lanes one way lie at one side of the centre line.
+    centre = float(cubic_value(road_map.lane_offset, np.array([there]), np.zeros(1))[0])
+    beyond = {(True, Rule.RIGHT_HAND): -3.0, (False, Rule.LEFT_HAND): 3.0}.get((right, rule), 0.0) * lanes
+    assert y[0] + outer[-1] - y[1] == pytest.approx(centre + beyond, abs=1e-4)

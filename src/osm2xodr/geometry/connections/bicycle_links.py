@@ -71,8 +71,12 @@ def _alike(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left:
     return zip(ins, outs, strict=False) if near_side_left else zip(ins[::-1], outs[::-1], strict=False)
 
 
+def lies_at_left(lane: int, lanes: int, near_side_left: bool) -> bool:
+    """Say whether one of some lanes lies at the left of all of them; the middle one lies at the near side."""
+    middle = (lanes - 1) / 2
+    return lane < middle or (lane == middle and near_side_left)
+
+
 def _at_its_side(lane: int, own: Sequence[LaneSpec], other: Sequence[LaneSpec], near_side_left: bool) -> int:
     """Return the lane for cars of another arm at the side of its road at which a bicycle lane lies on its own."""
-    middle = (len(own) - 1) / 2
-    at_left = lane < middle or (lane == middle and near_side_left)
-    return _cars(other)[0 if at_left else -1]
+    return _cars(other)[0 if lies_at_left(lane, len(own), near_side_left) else -1]

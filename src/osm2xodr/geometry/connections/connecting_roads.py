@@ -13,13 +13,13 @@ import numpy as np
 
 from osm2xodr.curves import cut_curves, lengths, runs, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
+from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
 from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
 from osm2xodr.geometry.connections.turning_radii import turning_radii
-from osm2xodr.geometry.defaults import STEEPEST_WIDTH
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import (
@@ -82,7 +82,7 @@ class ConnectingRoads:
     against: BoolArray
     joins_cars: BoolArray  # (n,) Whether it leads from a bicycle lane to a lane for cars
     # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 for cars' lanes, but
-    # where crossfall runs through the junction (`crossfall_lines`)
+    # where crossfall runs through the junction (`crossfall_lines`), and where bicycle lanes join them
     entry_aside: FloatArray
     exit_aside: FloatArray
     height: FloatArray  # (n,) Of the lane's surface above the road, m
@@ -103,11 +103,22 @@ class ConnectingRoads:
     def change_start(self) -> FloatArray:
         """Return from where on lanes change, in a smooth step to their ends, from one width to the other, s, (n,), m.
 
-        That is their start; but bicycle lanes that join a wider lane for cars keep their width as long as they can.
+        That is their start; but bicycle lanes that join a wider lane for cars keep their width, along its edge, as
+        long as they can.
         """
         # A smooth step is steepest in its middle.
-        needed = 1.5 * (self.exit_width - self.entry_width) / STEEPEST_WIDTH
+        needed = 1.5 * (self.exit_width - self.entry_width) / STEEPEST_JOIN
         return np.where(self.joins_cars & (needed > 0.0), np.maximum(self.length - needed, 0.0), 0.0)
+
+    def entry_middle(self) -> FloatArray:
+        """Return where the middles of their lanes are at their starts, t on the roads there, (n,), m."""
+        middle: FloatArray = self.entry_t + np.where(self.entry % 2 == 1, self.entry_aside, -self.entry_aside)
+        return middle
+
+    def exit_middle(self) -> FloatArray:
+        """Return where the middles of their lanes are at their ends, t on the roads there, (n,), m."""
+        middle: FloatArray = self.exit_t + np.where(self.exit % 2 == 0, self.exit_aside, -self.exit_aside)
+        return middle
 
     def there_and_back(self) -> tuple[IntArray, IntArray]:
         """Return the ways of cars there and back between the same two arms, by their rows, (pairs,)."""
@@ -165,7 +176,7 @@ def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) ->
         street_ends[:, 0],
         street_ends[:, 1],
         -out_of * [row.lane_in.t for row in rows],
-        into * [row.lane_out.t for row in rows],
+        into * [row.exit_t() for row in rows],
         np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
         wrapped(hdg_out - hdg_in),
     )[1]
@@ -190,7 +201,7 @@ def build_connecting_roads(
     entry = np.array([row.entry for row in rows], np.int64)
     exit_ = np.array([row.exit for row in rows], np.int64)
     entry_t = np.array([row.lane_in.t for row in rows])
-    exit_t = np.array([row.lane_out.t for row in rows])
+    exit_t = np.array([row.exit_t() for row in rows])
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
     used, movement = np.unique(np.array([row.movement for row in rows], np.int64), return_inverse=True)
     movements = [movements[k] for k in used.tolist()]
@@ -237,7 +248,7 @@ def build_connecting_roads(
         against=np.array([row.against for row in rows], bool),
         joins_cars=np.array([row.joins_cars() for row in rows], bool),
         entry_aside=np.zeros(len(rows)),
-        exit_aside=np.zeros(len(rows)),
+        exit_aside=np.array([row.aside() for row in rows]),
         height=np.zeros(len(rows)),
         lane_type=tuple(row.lane_type() for row in rows),
         access=tuple(row.access() for row in rows),

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import pose, wrapped
-from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
+from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on, lies_at_left
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import (
     ArmLanes,
@@ -41,6 +41,7 @@ class LaneRow:
     lane_in: EndLane
     lane_out: EndLane
     against: bool = False
+    at_left: bool = False  # Whether a bicycle lane that joins cars keeps to their left
 
     def lane_type(self) -> LaneType:
         """Return the type of lane that connects the two."""
@@ -54,6 +55,18 @@ class LaneRow:
     def joins_cars(self) -> bool:
         """Return whether bicycles leave their lane for one of cars."""
         return self.lane_in.spec.type is LaneType.BIKING and self.lane_out.spec.type is not LaneType.BIKING
+
+    def aside(self) -> float:
+        """Return how far left of the way's end, in its direction, the middle of the lane lies that it leads to, m.
+
+        Bicycles that join cars keep to the edge of their lane.
+        """
+        wider = max(self.lane_out.spec.width - self.lane_in.spec.width, 0.0) if self.joins_cars() else 0.0
+        return -wider / 2 if self.at_left else wider / 2
+
+    def exit_t(self) -> float:
+        """Return where it leads to, t on the road there, m."""
+        return self.lane_out.t + (self.aside() if self.exit % 2 else -self.aside())
 
     def access(self) -> Access:
         """Return which cars may drive on the lane that connects the two: all who may on one of them."""
@@ -193,7 +206,13 @@ def _junction_rows(
         out, exit_lanes = arms.lanes(exit_, exit_ % 2 == 0, -1.0 if exit_ % 2 else 1.0)
         if kind := movements[number].apart:
             pairs = lead_on_against_cars(entry_lanes.specs, exit_lanes.specs, kind, rule is Rule.LEFT_HAND)
-            against_cars += [LaneRow(junction, number, entry, exit_, into[k], out[other]) for k, other in pairs]
+            against_cars += [
+                LaneRow(
+                    *(junction, number, entry, exit_, into[k], out[other]),
+                    at_left=lies_at_left(k, len(into), view.near_side_left),
+                )
+                for k, other in pairs
+            ]
         elif into and out:
             entries[entry], exits[exit_] = entry_lanes, exit_lanes
             lanes[number] = into, out
@@ -207,7 +226,9 @@ def _junction_rows(
     for k, lane_in, lane_out in links:
         number = numbers[k]
         into, out = lanes[number]
-        rows.append(LaneRow(junction, number, view.entry[number], view.exit[number], into[lane_in], out[lane_out]))
+        at_left = lies_at_left(lane_in, len(into), view.near_side_left)
+        ends = view.entry[number], view.exit[number], into[lane_in], out[lane_out]
+        rows.append(LaneRow(junction, number, *ends, at_left=at_left))
     return rows
 
 

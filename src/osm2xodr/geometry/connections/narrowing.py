@@ -9,6 +9,8 @@ import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
+from osm2xodr.geometry.defaults import STEEPEST_WIDTH
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import room_for_tapers, with_narrow_ends
 from osm2xodr.model import FloatArray, IntArray, Rule
@@ -38,7 +40,11 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     one, other = number.reshape(2, -1)
     along = _along_roads(parts, keys)
     one, other = np.concatenate([one, along[0]]), np.concatenate([other, along[1]])
-    length = np.concatenate([connecting.length, [room_for_tapers(item) for item in parts.length[along[2]].tolist()]])
+    # Bicycle lanes that join lanes for cars fan out at their end.
+    steeper = np.where(connecting.joins_cars, STEEPEST_JOIN / STEEPEST_WIDTH, 1.0)
+    length = np.concatenate(
+        [connecting.length * steeper, [room_for_tapers(item) for item in parts.length[along[2]].tolist()]]
+    )
     step = 10.0**_WIDTH_DECIMALS
     # Rounding may take one end down by all of a step, and the other by nothing.
     width = _reachable(before, one, other, np.maximum(length / _STEEPEST_NARROWING - 1 / step, 0.0))

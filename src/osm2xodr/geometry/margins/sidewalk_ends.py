@@ -111,8 +111,8 @@ def _edges(cars: ConnectingRoads, ends: IntArray) -> dict[tuple[int, int], list[
     """Return the edges of lanes at some road ends, (n,), by the end and the side of its road."""
     out: dict[tuple[int, int], list[_Edge]] = {}
     both = (
-        (cars.entry, cars.entry_t, cars.entry_width, cars.exit),
-        (cars.exit, cars.exit_t, cars.exit_width, cars.entry),
+        (cars.entry, cars.entry_middle(), cars.entry_width, cars.exit),
+        (cars.exit, cars.exit_middle(), cars.exit_width, cars.entry),
     )
     for at_start, columns in zip((True, False), both, strict=True):
         rows = np.flatnonzero(np.isin(columns[0], ends))
@@ -170,11 +170,13 @@ def _apart(ends: SidewalkEnds, cars: ConnectingRoads) -> SidewalkEnds:
 
 def _off_kerb(edge: _Edge, parts: RoadParts, cars: ConnectingRoads) -> float:
     """Return how far from that of the carriageway the edge of a lane is where it leads to, m."""
+    aside = float((cars.exit_aside if edge.at_start else cars.entry_aside)[edge.row])
     t, width = (cars.exit_t, cars.exit_width) if edge.at_start else (cars.entry_t, cars.entry_width)
     section = parts.at_end(edge.other).section
     side = edge.side if (edge.other % 2 == 0) == edge.at_start else -edge.side
     kerb = section.left_edge if side > 0 else section.right_edge
-    return abs(float(t[edge.row]) + side * float(width[edge.row]) / 2 - kerb)
+    middle = float(t[edge.row]) + (aside if (edge.other % 2 == 0) == edge.at_start else -aside)
+    return abs(middle + side * float(width[edge.row]) / 2 - kerb)
 
 
 def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> BoolArray:
