@@ -6,7 +6,7 @@ import importlib
 import importlib.util
 import locale
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -30,6 +30,8 @@ _MOST_BYTES: Final = 2_000_000
 
 # Larger files are not read as a tree, bytes: a choice.
 _LARGEST_TREE: Final = 50_000_000
+# Bytes that are read at once.
+_CHUNK: Final = 1 << 18
 # How lxml reads files: of any size, and nothing but the file.
 _SAFE: Final[dict[str, Any]] = {"huge_tree": True, "resolve_entities": False, "no_network": True}
 
@@ -125,21 +127,25 @@ def _one_line(error: Any) -> str:
     return " ".join(error.message.split())
 
 
+class _Nothing:
+    """Takes what a parser of lxml finds, and keeps nothing of it."""
+
+    def close(self) -> None:
+        """End the document."""
+
+
 def _streamed(path: Path, compiled: Any) -> list[Any]:
     """Return how a file violates a schema, without a tree of it, so that lines are not known."""
     from lxml import etree
 
-    with path.open("rb") as file:
-        # What is read is thrown away once one of these elements, which make up the file, ends.
-        parts = etree.iterparse(unpacked(file), tag=("{*}road", "{*}junction"), schema=compiled, **_SAFE)
-        try:
-            for _, element in parts:
-                element.clear()
-                while element.getprevious() is not None:
-                    del element.getparent()[0]
-        except etree.XMLSyntaxError:
-            return list(parts.error_log)
-    return []
+    target: Any = _Nothing()
+    parser: Any = etree.XMLParser(target=target, schema=compiled, **_SAFE)
+    with path.open("rb") as file, suppress(etree.XMLSyntaxError):
+        stream = unpacked(file)
+        while chunk := stream.read(_CHUNK):
+            parser.feed(chunk)
+        parser.close()
+    return list(parser.feed_error_log)
 
 
 def _tree(path: Path) -> Any:
