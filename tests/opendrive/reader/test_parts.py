@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import gzip
 import io
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
+from same_tables import assert_same
 from sample_road_maps import furnished_crossing
 from xodr_text import HEADER, cubics, document, road
 
@@ -30,26 +28,6 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Divide small files, too, for four cores."""
     monkeypatch.setattr(parts, "_LEAST_PART", 500)
     monkeypatch.setattr(reading, "available_jobs", lambda: 4)
-
-
-def assert_same(one: Any, other: Any, where: str = "") -> None:
-    """Compare tables column by column."""
-    if is_dataclass(one):
-        for item in fields(one):
-            assert_same(getattr(one, item.name), getattr(other, item.name), f"{where}.{item.name}")
-    elif isinstance(one, np.ndarray):
-        assert one.dtype == other.dtype
-        np.testing.assert_array_equal(one, other, where)
-    elif isinstance(one, Mapping):
-        assert list(one) == list(other), where
-        for key in one:
-            assert_same(one[key], other[key], f"{where}[{key}]")
-    elif isinstance(one, tuple):
-        assert len(one) == len(other), where
-        for k, (item, more) in enumerate(zip(one, other, strict=True)):
-            assert_same(item, more, f"{where}[{k}]")
-    else:
-        assert one == other or (one != one and other != other), where
 
 
 def assert_read_alike(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,12 +11,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+import numpy as np
+
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader.elements import TEXT, Elements, Node
 from osm2xodr.opendrive.reader.furniture import read_furniture
+from osm2xodr.opendrive.reader.grammar import Role
 from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
 from osm2xodr.opendrive.reader.lanes import LaneReader
-from osm2xodr.opendrive.reader.nodes import Node, TreeReader
+from osm2xodr.opendrive.reader.nodes import ElementReader
 from osm2xodr.opendrive.reader.parts import Part, find_parts
 from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
@@ -25,10 +29,7 @@ from osm2xodr.system import Task, available_jobs, stage
 
 _ROOT: Final = "OpenDRIVE"
 _ROOT_UNREAD: Final = frozenset({"junctionGroup", "station"})
-_ROAD_UNREAD: Final = frozenset({"surface", "railroad"})
 _HEADER_UNREAD: Final = frozenset({"license", "defaultRegulations"})
-# Elements that a road has only once.
-_ONCE: Final = frozenset({"link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals"})
 _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 
 
@@ -58,11 +59,11 @@ def read_xodr(path: Path) -> OpenDrive:
 
 def _read(path: Path, part: Part | None = None, negated: bool = False) -> tuple[_Document, Node | None]:
     """Read a file, or a part of it: its elements, and its root, if it has one."""
-    reader, document = TreeReader(path, part), _Document(negated)
-    for node in reader.trees():
+    reader, document = ElementReader(path, part), _Document(negated)
+    for elements in reader.elements():
         if reader.root is not None and reader.root.tag != _ROOT:
             break
-        document.add(node)
+        document.add(elements)
     return document, reader.root
 
 
@@ -94,9 +95,9 @@ def _further(path: Path, part: Part, negated: bool) -> _Document:
 def _has_negated_lanes(path: Path, part: Part) -> bool:
     """Say whether the header, in the first part of a file, says that lane ids were negated."""
     document = _Document()
-    for node in TreeReader(path, part).trees():
-        document.add(node)
-        if node.tag in ("header", "road"):
+    for elements in ElementReader(path, part).elements():
+        document.add(elements)
+        if document.has_header or len(elements.of(Role.ROAD)):
             break
     return document.values.negated
 
@@ -130,13 +131,28 @@ class _Document:
         self._controllers: list[Controller] = []
         self._provenance: dict[tuple[int, str], str] = {}
 
-    def add(self, node: Node) -> None:
-        """Read an element of the root."""
-        if node.tag == "road":
-            self.values.road = len(self._roads.ids)
-            self._road(node)
-            self.values.road = -1
-        elif node.tag == "junction":
+    def add(self, elements: Elements) -> None:
+        """Read some children of the root."""
+        values = self.values
+        for row in elements.of(Role.TREE).tolist():
+            self._tree(elements.tree(row))
+        roads, sections = elements.of(Role.ROAD), elements.of(Role.SECTION)
+        for row in np.setdiff1d(roads, elements.parent[elements.parent[sections]]).tolist():
+            text = "<road> has no <lanes> with a <laneSection>"
+            values.report("missing-element", elements.node(row), text)
+        self._roads.add(elements, roads)
+        self._lanes.add(elements, roads)
+        self._parts_of_roads(elements)
+        for row in elements.repeated:
+            node = elements.node(row)
+            values.first_only(node, elements.node(int(elements.parent[row])), node)
+        for row in elements.of(Role.UNKNOWN).tolist():
+            values.check_known(elements.node(row), elements.node(int(elements.parent[row])))
+        values.settle()
+
+    def _tree(self, node: Node) -> None:
+        """Read a child of the root that is no road."""
+        if node.tag == "junction":
             self._junctions.junction(node)
         elif node.tag == "controller":
             self._controllers.append(read_controller(self.values, node))
@@ -164,44 +180,17 @@ class _Document:
         self._controllers.extend(other._controllers)
         self._provenance.update({(first + road, code): value for (road, code), value in other._provenance.items()})
 
-    def _road(self, node: Node) -> None:
-        """Read a road."""
-        self._roads.begin(node)
-        parts: dict[str, Node] = {}
-        for child in node.children:
-            if child.tag in _ONCE:
-                if child.tag in parts:
-                    self.values.first_only(child, node, parts[child.tag])
-                    continue
-                parts[child.tag] = child
-            self._road_part(child, node)
-        sections = (
-            [child for child in parts["lanes"].children if child.tag == "laneSection"] if "lanes" in parts else []
-        )
-        if not sections:
-            self.values.report("missing-element", node, "<road> has no <lanes> with a <laneSection>")
-        self._lanes.road(sections)
-        self._roads.end(node, parts.get("link"))
-
-    def _road_part(self, child: Node, road: Node) -> None:
-        """Read a child of a road, except its link and lane sections."""
-        tag = child.tag
-        if tag == "planView":
-            self._roads.plan_view(child)
-        elif tag in ("elevationProfile", "lateralProfile", "lanes"):
-            self._roads.profile(child)
-        elif tag == "type":
-            self._roads.type(child)
-        elif tag in ("objects", "signals"):
-            self._furniture.extend(read_furniture(self.values, child))
-        elif tag == "userData":
-            self._user_data(child)
-        elif tag != "link":
-            self.values.check_known(child, road, _ROAD_UNREAD)
+    def _parts_of_roads(self, elements: Elements) -> None:
+        """Read signals, objects and user data of roads."""
+        furniture = np.sort(np.concatenate([elements.of(Role.OBJECTS), elements.of(Role.SIGNALS)]))
+        for row in furniture.tolist():
+            self._furniture.extend(read_furniture(self.values, elements.tree(row)))
+        for row in elements.of(Role.USER_DATA).tolist():
+            self._user_data(elements.node(row))
 
     def _user_data(self, node: Node) -> None:
         """Keep the first ``<userData>`` of each code of a road or of the header."""
-        self._provenance.setdefault((self.values.road, node.get("code")), node.get("value"))
+        self._provenance.setdefault((node.road, node.get("code")), node.get("value"))
 
     def _read_header(self, node: Node) -> Header:
         """Read the header."""
@@ -221,7 +210,7 @@ class _Document:
         if offset := found["offset"]:
             x, y, z, hdg = (values.optional(offset, name, NAN) for name in ("x", "y", "z", "hdg"))
             shift = (x, y, z, hdg)
-        text = None if reference is None else reference.text.strip()
+        text = None if reference is None else reference.attributes.get(TEXT, "").strip()
         return Header((major, minor), MappingProxyType(node.attributes), text, shift)
 
     def tables(self, path: Path, root: Node) -> OpenDrive:
@@ -236,6 +225,7 @@ class _Document:
         road_lines = dict(zip(("elevation", "superelevation", "lane_offset"), lines, strict=True))
         sections, lanes, lane_lines, lane_misfits = self._lanes.tables(self._roads.lengths)
         junctions, connections = self._junctions.tables(road_index)
+        self.values.settle()
         misfits = [*self.values.misfits, *self._roads.misfits(), *lane_misfits]
         return OpenDrive(
             path=path,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from sys import intern
 from typing import Final
 
-from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.elements import Node
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import Furniture
 
@@ -59,7 +59,7 @@ def _item(values: Values, node: Node) -> Furniture:
     heading = "hOffset" if node.tag.startswith("signal") else "hdg"
     return Furniture(
         kind=node.tag,
-        road=values.road,
+        road=node.road,
         attributes={name: intern(text) for name, text in node.attributes.items()},
         s=values.number(node, "s"),
         t=NAN if along else values.number(node, "t"),

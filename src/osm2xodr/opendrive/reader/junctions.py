@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.elements import Node
 from osm2xodr.opendrive.reader.records import extend_starts
 from osm2xodr.opendrive.reader.values import Values
 from osm2xodr.opendrive.tables import ABSENT, ConnectionTable, Controller, JunctionTable

@@ -1,4 +1,4 @@
-"""XML as small trees, one top-level element at a time.
+"""XML as elements in columns, some children of the root at a time.
 
 The parser is expat: it counts lines beyond 65535, never opens a second file, and is part of Python. Declarations of
 document types are refused: entities can make a small file grow without bounds.
@@ -10,67 +10,57 @@ import contextlib
 import sys
 import zlib
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader.elements import TEXT, Columns, Elements, Node
+from osm2xodr.opendrive.reader.grammar import TAGS, Role
 from osm2xodr.opendrive.reader.parts import Part
 from osm2xodr.system import advance, unpacked
 
 _CHUNK: Final = 1 << 18
 _STANDARD_INPUT: Final = Path("-")
-
-
-class Node:
-    """An element: its name without prefix, attributes, children, text (of ``<geoReference>`` only) and line."""
-
-    __slots__ = ("attributes", "children", "line", "tag", "text")
-
-    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
-        self.tag = tag
-        self.attributes = attributes
-        self.children: list[Node] = []
-        self.line = line
-        self.text = ""
-
-    def get(self, name: str) -> str:
-        """Return an attribute, empty where there is none; texts that are alike, as most are, are one in memory."""
-        return sys.intern(self.attributes.get(name, ""))
+# The element whose text is read.
+_WITH_TEXT: Final = "geoReference"
+# Elements that are open within a child of the root, at least.
+_INSIDE: Final = 2
 
 
 class _DoctypeError(Exception):
     """The document declares its type."""
 
 
-class TreeReader:
-    """Reads a document, or a part of one; its outermost element is `root`, once that has begun.
-
-    The children of the root are not kept. A part is read as if it were a document.
-    """
+class ElementReader:
+    """Reads a document, or a part of one as if it were one; its outermost element is `root`, once that has begun."""
 
     def __init__(self, path: Path, part: Part | None = None) -> None:
         self.root: Node | None = None
         self._path = path
         self._part = part
         self._lines_before = part.lines_before if part else 0
-        self._open: list[Node] = []
-        self._done: list[Node] = []
-        self._texts: list[str] = []
+        self._roads = 0
+        # Of the root and of its children that were not handed over: see `Columns`.
+        self._columns: Columns = ([], [], [], [])
+        self._ends: list[str] = []
+        self._names = list(TAGS)
+        self._numbers = {name: k for k, name in enumerate(TAGS)}
         self._parser = parser = expat.ParserCreate()
         parser.buffer_text = True
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
+        parser.StartElementHandler = self._starter()
+        parser.EndElementHandler = self._ends.append
         parser.StartDoctypeDeclHandler = self._refuse
 
-    def trees(self) -> Iterator[Node]:
-        """Yield the children of the root, each as a whole; `InputError` if the file cannot be read or is not XML."""
+    def elements(self) -> Iterator[Elements]:
+        """Yield the children of the root, some at a time; `InputError` if the file cannot be read or is not XML."""
         try:
             for chunk, share in _chunks(self._path, self._part):
                 advance(share)
                 self._parser.Parse(chunk, not chunk)
-                done, self._done = self._done, []
-                yield from done
+                if found := self._ended():
+                    yield found
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, "it cannot be parsed")
             raise InputError(
@@ -87,29 +77,59 @@ class TreeReader:
             reason = (getattr(error, "strerror", None) or str(error)).lower()
             raise InputError(f"cannot read {self._path}: {reason}; give a file of OpenDRIVE") from error
 
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        """Begin an element."""
-        if ":" in tag:
-            tag = tag.rpartition(":")[2]
-        node = Node(tag, attributes, self._lines_before + self._parser.CurrentLineNumber)
-        if self._open:
-            self._open[-1].children.append(node)
-        else:
-            self.root = node
-        self._open.append(node)
-        if tag == "geoReference":
-            self._texts = []
-            self._parser.CharacterDataHandler = self._texts.append
+    def _starter(self) -> Callable[[str, dict[str, str]], None]:
+        """Return what begins an element; most of the time of reading is spent in here."""
+        codes, attributes, lines, depths = self._columns
+        numbers, ends, parser = self._numbers, self._ends, self._parser
 
-    def _end(self, tag: str) -> None:
-        """End an element; it is complete if it is a child of the root."""
-        node = self._open.pop()
-        if len(self._open) == 1:
-            self._done.append(node)
-            self._open[0].children.clear()
-        if node.tag == "geoReference":
-            node.text = "".join(self._texts)
+        def start(tag: str, found: dict[str, str]) -> None:
+            number = numbers.get(tag)
+            codes.append(self._other(tag, found) if number is None else number)
+            attributes.append(found)
+            lines.append(parser.CurrentLineNumber)
+            depths.append(len(depths) - len(ends))
+
+        return start
+
+    def _other(self, tag: str, attributes: dict[str, str]) -> int:
+        """Return the number of a name that has none, and listen to the text of ``<geoReference>``."""
+        name = tag.rpartition(":")[2]
+        number = self._numbers.get(name, len(self._names))
+        if number == len(self._names):
+            self._names.append(name)
+        if name != _WITH_TEXT:
+            self._numbers[tag] = number
+            return number
+        texts: list[str] = []
+        self._parser.CharacterDataHandler = texts.append
+        self._parser.EndElementHandler = partial(self._end_text, attributes, texts)
+        return number
+
+    def _end_text(self, attributes: dict[str, str], texts: list[str], tag: str) -> None:
+        """End an element while the text of ``<geoReference>``, whose attributes these are, is read."""
+        self._ends.append(tag)
+        if tag.rpartition(":")[2] == _WITH_TEXT:
+            attributes[TEXT] = "".join(texts)
             self._parser.CharacterDataHandler = None
+            self._parser.EndElementHandler = self._ends.append
+
+    def _ended(self) -> Elements | None:
+        """Hand over the children of the root that have ended, if there are any."""
+        codes, attributes, lines, depths = self._columns
+        if self.root is None and codes:
+            self.root = Node(self._names[codes[0]], attributes[0], self._lines_before + lines[0])
+        still_open = len(codes) - len(self._ends)
+        last = len(codes) if still_open < _INSIDE else len(depths) - 1 - depths[::-1].index(1)
+        if last < _INSIDE:
+            return None
+        some = (codes[:last], attributes[:last], lines[:last], depths[:last])
+        out = Elements(self._names, some, self._lines_before, self._roads)
+        self._roads += len(out.of(Role.ROAD))
+        # The root stays. All others have ended.
+        for column in self._columns:
+            del column[1:last]
+        del self._ends[: last - 1]
+        return out
 
     def _refuse(self, *_: object) -> None:
         """Stop at a declaration of a document type."""

@@ -1,4 +1,4 @@
-"""Rows of numbers that belong to owners, collected one by one and turned into tables at the end.
+"""Rows of numbers that belong to owners, collected kind by kind and turned into tables at the end.
 
 They are kept as plain numbers from the start: as objects of Python they would take four times the memory.
 """
@@ -6,7 +6,6 @@ They are kept as plain numbers from the start: as objects of Python they would t
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -27,25 +26,17 @@ class Records:
         # Of each row out of order: owner, line, its s and that of the row before it.
         self._behind: list[tuple[int, int, float, float]] = []
 
-    def add(self, values: Iterable[float], line: int) -> None:
-        """Add a row to the current owner."""
-        self._flat.extend(values)
-        self._lines.append(line)
-
-    def close(self) -> None:
-        """Go on to the next owner."""
-        self._start.append(len(self._lines))
+    def add(self, rows: FloatArray, lines: IntArray, owner: IntArray, owners_: int) -> None:
+        """Add the rows of further owners, with their lines; `owner` counts from 0 and ascends, (rows,)."""
+        self._flat.frombytes(np.ascontiguousarray(rows).tobytes())
+        self._lines.frombytes(lines.tobytes())
+        extend_counts(self._start, np.bincount(owner, minlength=owners_))
 
     def extend(self, other: Records) -> None:
         """Add all owners of another collection."""
         extend_starts(self._start, other._start)
         self._flat.extend(other._flat)
         self._lines.extend(other._lines)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether the current owner has no rows."""
-        return len(self._lines) == self._start[-1]
 
     @property
     def start(self) -> IntArray:
@@ -92,6 +83,11 @@ def extend_starts(starts: array[int], others: array[int]) -> None:
     """Add the rows of other owners to the indices at which those of some owners start, (owners + 1,)."""
     last = starts[-1]
     starts.extend(last + start for start in others[1:])
+
+
+def extend_counts(starts: array[int], counts: IntArray) -> None:
+    """Add further owners with so many rows each."""
+    starts.frombytes((starts[-1] + np.cumsum(counts, dtype=np.int64)).tobytes())
 
 
 def columns(rows: FloatArray) -> list[FloatArray]:

@@ -8,7 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
-from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.elements import Elements, Node
+from osm2xodr.opendrive.reader.grammar import Role
 from osm2xodr.opendrive.reader.records import Records, columns
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, RoadTable, Shape, TypeTable
@@ -16,30 +17,24 @@ from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, R
 _CUBIC: Final = ("s", "a", "b", "c", "d")
 _GEOMETRY: Final = ("s", "x", "y", "hdg", "length")
 _PARAMETERS: Final = 8
-_SHAPES: Final[dict[str, tuple[Shape, tuple[str, ...]]]] = {
-    "line": (Shape.LINE, ()),
-    "arc": (Shape.ARC, ("curvature",)),
-    "spiral": (Shape.SPIRAL, ("curvStart", "curvEnd")),
-    "poly3": (Shape.POLY3, ("a", "b", "c", "d")),
-    "paramPoly3": (Shape.PARAM_POLY3, ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")),
+_SHAPES: Final[dict[Role, tuple[Shape, tuple[str, ...]]]] = {
+    Role.LINE: (Shape.LINE, ()),
+    Role.ARC: (Shape.ARC, ("curvature",)),
+    Role.SPIRAL: (Shape.SPIRAL, ("curvStart", "curvEnd")),
+    Role.POLY3: (Shape.POLY3, ("a", "b", "c", "d")),
+    Role.PARAM_POLY3: (Shape.PARAM_POLY3, ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")),
 }
-# The records of piecewise cubics in each element of a road, and what else it may have.
-_PROFILES: Final[dict[str, tuple[str, frozenset[str]]]] = {
-    "elevationProfile": ("elevation", frozenset()),
-    "lateralProfile": ("superelevation", frozenset({"shape", "crossfall", "crossSectionSurface"})),
-    "lanes": ("laneOffset", frozenset({"laneSection"})),
+# The records of piecewise cubics, all of them children of children of roads.
+_PROFILES: Final = {
+    "elevation": Role.ELEVATION,
+    "superelevation": Role.SUPERELEVATION,
+    "laneOffset": Role.LANE_OFFSET,
 }
-_LINK_KINDS: Final = {"road": LinkKind.ROAD, "junction": LinkKind.JUNCTION}
-# Padding of the parameters of a shape, by their number.
-_PADDING: Final = {count: [NAN] * (_PARAMETERS - count) for count in range(_PARAMETERS + 1)}
-
-# (kind, id, contact) of a link.
-_Link = tuple[int, str, int]
-_NO_LINK: Final[_Link] = (LinkKind.NONE, "", -1)
+_LINK_KINDS: Final = {"road": int(LinkKind.ROAD), "junction": int(LinkKind.JUNCTION)}
 
 
 class RoadReader:
-    """Collects attributes, links, types, plan views and profiles of one road after another."""
+    """Collects attributes, links, types, plan views and profiles of roads."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -56,76 +51,79 @@ class RoadReader:
         self._types = Records("type", 2)
         self._type_words: list[str] = []
         self._plan = Records("geometry", 7 + _PARAMETERS)
-        self._cubics = {element: Records(element, 5) for element, _ in _PROFILES.values()}
+        self._cubics = {element: Records(element, 5) for element in _PROFILES}
         self._records = (self._types, self._plan, *self._cubics.values())
         self._shapes = array("q")
 
-    def begin(self, node: Node) -> None:
-        """Read a road's attributes and begin its records."""
-        values = self._values
-        self.ids.append(values.text(node, "id"))
-        self._names.append(node.get("name"))
-        self._junctions.append(values.text(node, "junction"))
-        self._lengths.append(values.number(node, "length"))
-        self._lines.append(node.line)
-        rule = node.get("rule")
-        if rule not in ("", "RHT", "LHT"):
-            values.report("bad-value", node, f"rule={rule!r} of <road> is neither RHT nor LHT")
-        self._left_hand.append(rule == "LHT")
-        self._shapes.append(0)
+    def add(self, elements: Elements, roads: IntArray) -> None:
+        """Read roads, given by their rows."""
+        values, place = self._values, elements.places(roads)
+        self.ids += values.texts(elements, roads, "id")
+        self._names += elements.words(roads, "name")
+        self._junctions += values.texts(elements, roads, "junction")
+        self._lengths.frombytes(values.rows(elements, roads, ("length",)).tobytes())
+        self._lines.frombytes(elements.lines[roads].tobytes())
+        rules = elements.words(roads, "rule")
+        self._left_hand += [rule == "LHT" for rule in rules]
+        for k in [k for k, rule in enumerate(rules) if rule not in ("", "RHT", "LHT")]:
+            text = f"rule={rules[k]!r} of <road> is neither RHT nor LHT"
+            values.report("bad-value", elements.node(int(roads[k])), text)
+        self._add_links(elements, place, len(roads))
+        self._add_types(elements, place, len(roads))
+        self._add_plan_views(elements, place, roads)
+        for element, role in _PROFILES.items():
+            rows = elements.of(role)
+            owner = place[elements.parent[elements.parent[rows]]]
+            self._cubics[element].add(values.rows(elements, rows, _CUBIC), elements.lines[rows], owner, len(roads))
+        shapes = elements.of(Role.LATERAL_SHAPE)
+        owner = place[elements.parent[elements.parent[shapes]]]
+        self._shapes.frombytes(np.bincount(owner, minlength=len(roads)).tobytes())
 
-    def end(self, node: Node, link: Node | None) -> None:
-        """End a road's records, and read its links."""
-        if self._plan.is_empty:
-            self._values.report("missing-element", node, "<road> has no <planView> with a <geometry>")
-        for kind, name, contact in self._link(link):
-            self._link_kinds.append(kind)
-            self._link_ids.append(name)
-            self._contacts.append(contact)
-        for records in self._records:
-            records.close()
+    def _add_types(self, elements: Elements, place: IntArray, roads: int) -> None:
+        """Read ``<type>`` elements; `place` has the places of roads by row."""
+        rows, limits = elements.of(Role.TYPE), elements.of(Role.TYPE_SPEED)
+        speeds = np.full(len(rows), NAN)
+        # Of several the last one stays.
+        speeds[elements.places(rows)[elements.parent[limits]]] = [
+            self._values.speed_of(elements, row) for row in limits.tolist()
+        ]
+        s = self._values.rows(elements, rows, ("s",))[:, 0]
+        owner = place[elements.parent[rows]]
+        self._types.add(np.column_stack([s, speeds]), elements.lines[rows], owner, roads)
+        self._type_words += self._values.texts(elements, rows, "type")
 
-    def type(self, node: Node) -> None:
-        """Read a ``<type>``."""
-        speed = NAN
-        for child in node.children:
-            if child.tag == "speed":
-                speed = self._values.speed(child)
-            else:
-                self._values.check_known(child, node)
-        self._types.add((self._values.number(node, "s"), speed), node.line)
-        self._type_words.append(self._values.text(node, "type"))
+    def _add_plan_views(self, elements: Elements, place: IntArray, roads: IntArray) -> None:
+        """Read ``<planView>`` elements."""
+        values, rows = self._values, elements.of(Role.GEOMETRY)
+        table = np.full((len(rows), 7 + _PARAMETERS), NAN)
+        table[:, :5] = values.rows(elements, rows, _GEOMETRY)
+        table[:, 5], table[:, 6] = Shape.UNKNOWN, 0.0
+        at = elements.places(rows)
+        for role, shapes in self._first_shapes(elements).items():
+            kind, names = _SHAPES[role]
+            k = at[elements.parent[shapes]]
+            table[k, 5] = kind
+            if kind is Shape.PARAM_POLY3:
+                table[k, 6] = [self._normalized(elements.node(row)) for row in shapes.tolist()]
+            if names:
+                table[k, 7 : 7 + len(names)] = values.rows(elements, shapes, names)
+        for row in rows[table[:, 5] == Shape.UNKNOWN].tolist():
+            values.report("missing-shape", elements.node(row), "<geometry> has no shape")
+        owner = place[elements.parent[elements.parent[rows]]]
+        self._plan.add(table, elements.lines[rows], owner, len(roads))
+        for k in np.flatnonzero(np.bincount(owner, minlength=len(roads)) == 0).tolist():
+            node = elements.node(int(roads[k]))
+            values.report("missing-element", node, "<road> has no <planView> with a <geometry>")
 
-    def plan_view(self, node: Node) -> None:
-        """Read a ``<planView>``."""
-        for child in node.children:
-            if child.tag == "geometry":
-                row = self._values.row(child, _GEOMETRY)
-                row.extend(self._shape(child))
-                self._plan.add(row, child.line)
-            else:
-                self._values.check_known(child, node)
-
-    def _shape(self, node: Node) -> list[float]:
-        """Return kind, whether normalized, and parameters of a ``<geometry>``."""
-        values = self._values
-        found: list[float] | None = None
-        for child in node.children:
-            shape = _SHAPES.get(child.tag)
-            if shape is None:
-                values.check_known(child, node)
-            elif found is not None:
-                values.report("repeated-element", child, "<geometry> has more than one shape; the first is used")
-            else:
-                kind, names = shape
-                found = [kind, self._normalized(child)] if kind is Shape.PARAM_POLY3 else [kind, 0.0]
-                if names:
-                    found.extend(values.row(child, names))
-                found.extend(_PADDING[len(names)])
-        if found is None:
-            values.report("missing-shape", node, "<geometry> has no shape")
-            return [Shape.UNKNOWN, 0.0, *_PADDING[0]]
-        return found
+    def _first_shapes(self, elements: Elements) -> dict[Role, IntArray]:
+        """Return the rows of shapes by their role, the first one of each ``<geometry>``; report further ones."""
+        found = {role: elements.of(role) for role in _SHAPES}
+        rows = np.sort(np.concatenate(list(found.values())))
+        again = rows[1:][elements.parent[rows[1:]] == elements.parent[rows[:-1]]]
+        for row in again.tolist():
+            text = "<geometry> has more than one shape; the first is used"
+            self._values.report("repeated-element", elements.node(row), text)
+        return {role: np.setdiff1d(some, again) if len(again) else some for role, some in found.items()}
 
     def _normalized(self, node: Node) -> float:
         """Return 1 if the parameter of a ``<paramPoly3>`` runs from 0 to 1, as it does by default, else 0."""
@@ -135,39 +133,31 @@ class RoadReader:
             self._values.report("bad-value", node, text)
         return 0.0 if word == "arcLength" else 1.0
 
-    def profile(self, node: Node) -> None:
-        """Read the piecewise cubics in one of `_PROFILES`."""
-        element, known = _PROFILES[node.tag]
-        for child in node.children:
-            if child.tag == element:
-                self._cubics[element].add(self._values.row(child, _CUBIC), child.line)
-            else:
-                self._values.check_known(child, node, known)
-        if node.tag == "lateralProfile":
-            self._shapes[-1] = sum(child.tag == "shape" for child in node.children)
-
-    def _link(self, node: Node | None) -> tuple[_Link, _Link]:
-        """Return a road's predecessor and successor."""
-        if node is None or not node.children:
-            return _NO_LINK, _NO_LINK
-        found: dict[str, Node | None] = {"predecessor": None, "successor": None}
-        for child in node.children:
-            if child.tag in found:
-                found[child.tag] = self._values.first_only(child, node, found[child.tag])
-            else:
-                self._values.check_known(child, node, frozenset({"neighbor"}))
-        return self._side(found["predecessor"]), self._side(found["successor"])
-
-    def _side(self, node: Node | None) -> _Link:
-        """Read a ``<predecessor>`` or ``<successor>`` of a road."""
-        if node is None:
-            return _NO_LINK
-        word = self._values.text(node, "elementType")
-        kind = _LINK_KINDS.get(word, LinkKind.UNKNOWN)
-        if word and kind is LinkKind.UNKNOWN:
-            text = f"elementType={word!r} of <{node.tag}> is neither road nor junction"
-            self._values.report("bad-value", node, text)
-        return kind, self._values.text(node, "elementId"), self._values.contact(node)
+    def _add_links(self, elements: Elements, place: IntArray, roads: int) -> None:
+        """Read the links of roads."""
+        values, count = self._values, 2 * roads
+        kinds, contacts, ids = [int(LinkKind.NONE)] * count, [-1] * count, [""] * count
+        for side, role in enumerate((Role.PREDECESSOR, Role.SUCCESSOR)):
+            rows = elements.of(role)
+            link = elements.parent[rows]
+            again = np.diff(link, prepend=-1) == 0
+            for row in rows[again].tolist():
+                node = elements.node(row)
+                values.first_only(node, elements.node(int(elements.parent[row])), node)
+            rows = rows[~again]
+            words = values.texts(elements, rows, "elementType")
+            names = values.texts(elements, rows, "elementId")
+            owner = (2 * place[elements.parent[elements.parent[rows]]] + side).tolist()
+            for k, row, word, name in zip(owner, rows.tolist(), words, names, strict=True):
+                kinds[k], ids[k] = _LINK_KINDS.get(word, LinkKind.UNKNOWN), name
+                if word and kinds[k] == LinkKind.UNKNOWN:
+                    node = elements.node(row)
+                    text = f"elementType={word!r} of <{node.tag}> is neither road nor junction"
+                    values.report("bad-value", node, text)
+                contacts[k] = values.contact_of(elements, row)
+        self._link_kinds.extend(kinds)
+        self._contacts.extend(contacts)
+        self._link_ids += ids
 
     def extend(self, other: RoadReader) -> None:
         """Add all roads of another part of the file."""

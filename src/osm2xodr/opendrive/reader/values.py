@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
+from operator import itemgetter
 from typing import Final
 
-from osm2xodr.opendrive.reader.nodes import Node
+import numpy as np
+
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.reader.elements import Elements, Node
 from osm2xodr.opendrive.tables import ABSENT, End, Misfit
 
 NAN: Final = math.nan
 
 # No length, coefficient or curvature of a road is as large as this; larger ones might overflow when multiplied.
 _TOO_LARGE: Final = 1e12
-_ENDS: Final = {"start": End.START, "end": End.END, "": End.UNSAID}
+# Nor is a lane id as large as this.
+_LARGEST_ID: Final = 2**62
+_ENDS: Final = {"start": int(End.START), "end": int(End.END), "": int(End.UNSAID)}
 # m/s per unit; m/s is OpenDRIVE's default.
 _UNITS: Final = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
 # Elements that may stand anywhere.
@@ -26,14 +33,16 @@ _NO_USER_DATA: Final = frozenset({"geometry", "elevationProfile"})
 class Values:
     """Reads attributes and reports what it could not read in `misfits`.
 
-    `road` is the index of the road that is being read, -1 outside roads; `negated` says whether the file has lane ids
-    with the other sign than the standard wants.
+    `negated` says whether the file has lane ids with the other sign than the standard wants.
     """
 
     def __init__(self, negated: bool = False) -> None:
         self.misfits: list[Misfit] = []
-        self.road = -1
         self.negated = negated
+        # What was reported since `settle`, and the place of its element.
+        self._reports: list[tuple[int, Misfit]] = []
+        # Speeds that were read without a report, by attributes.
+        self._speeds: dict[tuple[str | None, str | None], float] = {}
 
     def extend(self, other: Values, first: int) -> None:
         """Add the reports of another part of the file, whose roads begin with the index `first`."""
@@ -41,7 +50,52 @@ class Values:
 
     def report(self, rule: str, node: Node, text: str) -> None:
         """Report something that is wrong with an element."""
-        self.misfits.append(Misfit(rule, node.line, self.road, text))
+        self._reports.append((node.order, Misfit(rule, node.line, node.road, text)))
+
+    def settle(self) -> None:
+        """Put the reports about elements that were read together into the order of the file."""
+        self.misfits.extend(item for _, item in sorted(self._reports, key=itemgetter(0)))
+        self._reports = []
+
+    def rows(self, elements: Elements, which: IntArray, names: Sequence[str]) -> FloatArray:
+        """Return the numbers of several required attributes of elements, (n, attributes)."""
+        attributes, count = elements.attributes_of(which), len(names)
+        try:
+            texts = map(itemgetter(*names), attributes)
+            flat = texts if count == 1 else chain.from_iterable(texts)
+            found = np.fromiter(map(float, flat), np.float64, count * len(attributes)).reshape(-1, count)
+        except (KeyError, ValueError):
+            rows = [self.row(elements.node(row), names) for row in which.tolist()]
+            return np.array(rows, np.float64).reshape(-1, count)
+        with np.errstate(over="ignore"):
+            sizes = np.abs(found).sum(axis=1)
+        for k in np.flatnonzero(~(sizes < _TOO_LARGE)).tolist():
+            found[k] = self.row(elements.node(int(which[k])), names)
+        return found
+
+    def optionals(self, elements: Elements, which: IntArray, name: str, default: float) -> FloatArray:
+        """Return the numbers of an attribute of elements, (n,); a default where it is missing."""
+        if all(name in item for item in elements.attributes_of(which)):
+            return self.rows(elements, which, (name,))[:, 0]
+        found = [self.optional(elements.node(row), name, default) for row in which.tolist()]
+        return np.array(found, np.float64)
+
+    def texts(self, elements: Elements, which: IntArray, name: str) -> list[str]:
+        """Return a required attribute of elements; empty where it is missing."""
+        attributes = elements.attributes_of(which)
+        for k in [k for k, item in enumerate(attributes) if name not in item]:
+            self.text(elements.node(int(which[k])), name)
+        return elements.words(which, name)
+
+    def lane_ids(self, elements: Elements, which: IntArray) -> IntArray:
+        """Return the lane ids of elements, (n,); see `lane_id`."""
+        try:
+            found = np.array([int(item["id"]) for item in elements.attributes_of(which)], np.int64)
+        except (KeyError, ValueError, OverflowError):
+            found = None
+        if found is None or np.any(np.abs(found) >= _LARGEST_ID) or np.any(found == ABSENT):
+            return np.array([self.lane_id(elements.node(row)) for row in which.tolist()], np.int64)
+        return -found if self.negated else found
 
     def row(self, node: Node, names: Sequence[str]) -> list[float]:
         """Return the numbers of several required attributes."""
@@ -79,7 +133,7 @@ class Values:
             value = int(text)
         except ValueError:
             value = ABSENT
-        if -(2**62) < value < 2**62:
+        if -_LARGEST_ID < value < _LARGEST_ID:
             return -value if self.negated else value
         if name in node.attributes:
             self.report("bad-number", node, f"{name}={text!r} of <{node.tag}> is not a lane id")
@@ -97,6 +151,23 @@ class Values:
         if text not in _ENDS:
             self.report("bad-value", node, f"contactPoint={text!r} of <{node.tag}> is neither start nor end")
         return _ENDS.get(text, End.UNSAID)
+
+    def speed_of(self, elements: Elements, row: int) -> float:
+        """Return the speed limit of a ``<speed>`` by its row; see `speed`. Most are alike."""
+        attributes = elements.attributes[row]
+        key = attributes.get("max"), attributes.get("unit")
+        value = self._speeds.get(key)
+        if value is None:
+            before = len(self._reports)
+            value = self.speed(elements.node(row))
+            if len(self._reports) == before:
+                self._speeds[key] = value
+        return value
+
+    def contact_of(self, elements: Elements, row: int) -> int:
+        """Return the `End` that ``contactPoint`` names, of an element by its row."""
+        end = _ENDS.get(elements.attributes[row].get("contactPoint", ""))
+        return self.contact(elements.node(row)) if end is None else end
 
     def speed(self, node: Node) -> float:
         """Return the speed limit of a ``<speed>``, m/s; infinity for no limit, NaN where it is unknown."""
