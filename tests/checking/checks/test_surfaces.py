@@ -47,6 +47,19 @@ def test_an_overlap_is_an_area(tree: Tree, path: Path) -> None:
     assert found[0].value == pytest.approx((40 - 2 * 1.5 + 0.7) * (7 - 2 * 0.4 + 0.7), rel=0.05)
 
 
+@pytest.mark.parametrize(("east", "north"), [(313.0, 259.0), (-313.0, 259.0), (-313.0, -259.0), (313.0, -259.0)])
+def test_where_an_overlap_lies_does_not_matter(tree: Tree, path: Path, east: float, north: float) -> None:
+    geometry = one(tree, "road[@id='4']/planView/geometry")
+    geometry.set("x", "-55")
+    geometry.set("y", "0")
+    for item in tree.iter("geometry"):
+        item.set("x", repr(float(item.get("x", "")) + east))
+        item.set("y", repr(float(item.get("y", "")) + north))
+    found = checked(tree, path, only=("overlap",), ignore=()).findings
+    assert [(item.road, item.text.split()[-1]) for item in found] == [("1", "4")]
+    assert found[0].value == pytest.approx((40 - 2 * 1.5 + 0.7) * (7 - 2 * 0.4 + 0.7), rel=0.05)
+
+
 def test_large_files_are_compared_part_by_part(tree: Tree, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     geometry = one(tree, "road[@id='4']/planView/geometry")
     geometry.set("x", "-55")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, fields
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -13,7 +12,7 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import ranks
+from osm2xodr.curves import ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 from osm2xodr.system import available_jobs, map_parallel
@@ -34,24 +33,37 @@ _SHORTEST: Final = 4.0
 _LONGEST: Final = 1e6
 _WIDEST: Final = 1e3
 _FARTHEST: Final = 1e9
-# More than the cells of any file along y.
-_CELLS: Final = 1 << 31
+# Bits of more than the cells of any file along y.
+_BITS: Final = 31
+_CELLS: Final = 1 << _BITS
+# Cells along each side of a square, as a power of two: about as many as carriageways are wide, so that most squares
+# have one road.
+_SQUARE: Final = 4
+# More than the stations of any road.
+_MOST_STATIONS: Final = 1 << 23
+# Slots of the table in which cells of several roads are looked for, more than there are cells in a block; and a prime
+# number by which neighbours along x lie apart there, more than most carriageways have cells along y.
+_SLOTS: Final = 1 << 22
+_APART: Final = 8191
 # Stations whose surfaces are compared at once, about: more would take much memory.
 _BLOCK: Final = 1 << 17
+
+
+_Table = TypeVar("_Table", bound=Any)
 
 
 @dataclass(frozen=True)
 class Carriageways:
     """Carriageways at stations of roads, from the leftmost to the rightmost driving lane."""
 
-    # (n,) Places on the reference line, m, rad; slope along (m/m) and across the road (rad)
+    # (n,) Places on the reference line, m, rad; slope across the road, rad
     road: IntArray
+    k: IntArray  # Which of the road's stations
     s: FloatArray
     x: FloatArray
     y: FloatArray
     z: FloatArray
     hdg: FloatArray
-    grade: FloatArray
     bank: FloatArray
     # (n,) t of the right and the left edge, m
     low: FloatArray
@@ -59,16 +71,24 @@ class Carriageways:
 
     def points(self, row: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y, z beside stations."""
+        return *self.places(row, t), self.heights(row, t)
+
+    def places(self, row: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return x, y beside stations."""
         level = np.cos(self.bank)
         return (
             self.x[row] - (np.sin(self.hdg) * level)[row] * t,
             self.y[row] + (np.cos(self.hdg) * level)[row] * t,
-            self.z[row] + np.sin(self.bank)[row] * t,
         )
 
-    def gradients(self, row: IntArray) -> tuple[FloatArray, FloatArray]:
+    def heights(self, row: IntArray, t: FloatArray) -> FloatArray:
+        """Return z beside stations."""
+        return np.asarray(self.z[row] + np.sin(self.bank[row]) * t)
+
+    def gradients(self, drive: OpenDrive, row: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return the slope of the surface along x and y at stations, m/m."""
-        cos, sin, rise, bank = np.cos(self.hdg[row]), np.sin(self.hdg[row]), self.grade[row], np.tan(self.bank[row])
+        rise = grade(drive, self.road[row], self.s[row])
+        cos, sin, bank = np.cos(self.hdg[row]), np.sin(self.hdg[row]), np.tan(self.bank[row])
         return rise * cos - bank * sin, rise * sin + bank * cos
 
 
@@ -82,25 +102,33 @@ def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
 
 def carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> Carriageways:
     """Return the carriageways of some roads at every `step` along them, m."""
-    length = drive.roads.length[roads]
-    count = np.maximum((length / step).astype(np.int64) + 1, 2)
-    road = np.repeat(roads, count)
-    k = ranks(count)
-    s = np.repeat(length, count) * k / np.repeat(count - 1, count)
+    count = _station_count(drive, roads, step)
+    return carriageways_at(drive, lanes, np.repeat(roads, count), ranks(count), step)
+
+
+def carriageways_at(drive: OpenDrive, lanes: LaneIndex, road: IntArray, k: IntArray, step: float) -> Carriageways:
+    """Return what `carriageways` does, at some of the places: the k-th ones of roads."""
+    s = drive.roads.length[road] * k / (_station_count(drive, road, step) - 1)
     section = section_at(drive, road, s)
     first, last = _outer_driving(drive, lanes)
     known = (section != ABSENT) & (_at(first, section) >= 0)
-    road, s, section = road[known], s[known], section[known]
+    road, k, s, section = road[known], k[known], s[known], section[known]
     left = lane_borders(drive, first[section], s)
     right = lane_borders(drive, last[section], s)
     x, y, hdg = pose(drive, road, s)
     high, low = np.maximum(*left), np.minimum(*right)
-    z, rise, bank = elevation(drive, road, s), grade(drive, road, s), superelevation(drive, road, s)
+    z, bank = elevation(drive, road, s), superelevation(drive, road, s)
     # Comparisons with NaN are false.
     good = (np.abs(x) < _FARTHEST) & (np.abs(y) < _FARTHEST) & (high - low < _WIDEST) & (np.abs(high) < _WIDEST)
-    good &= np.isfinite(z) & np.isfinite(rise) & np.isfinite(bank) & np.isfinite(hdg)
-    columns = (road, s, x, y, z, hdg, rise, bank, low, high)
+    # Where a height is known, so is the grade.
+    good &= np.isfinite(z) & np.isfinite(bank) & np.isfinite(hdg)
+    columns = (road, k, s, x, y, z, hdg, bank, low, high)
     return Carriageways(*(column[good] for column in columns))
+
+
+def _station_count(drive: OpenDrive, roads: IntArray, step: float) -> IntArray:
+    """Return the number of places at every `step` along roads, (n,)."""
+    return np.asarray(np.maximum((drive.roads.length[roads] / step).astype(np.int64) + 1, 2))
 
 
 def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArray]:
@@ -167,7 +195,7 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
     a, b = road[pairs[:, 0]], road[pairs[:, 1]]
     dx, dy, dz = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (x, y, z))
     # The two places are near each other, but not the same: what the surfaces rise between them is no step.
-    gradients = (ways.gradients(row[pairs[:, k]]) for k in (0, 1))
+    gradients = (ways.gradients(drive, row[pairs[:, k]]) for k in (0, 1))
     rise_x, rise_y = ((one + two) / 2 for one, two in zip(*gradients, strict=True))
     apart = np.abs(dz - dx * rise_x - dy * rise_y)
     wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.LEVEL_HEIGHT))
@@ -205,59 +233,101 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     )
 
 
+@dataclass(frozen=True)
+class _Stretches:
+    """Stretches of roads in squares of cells: keys of the squares, roads, first and last station."""
+
+    key: IntArray
+    road: IntArray
+    first: IntArray
+    last: IntArray
+
+
 def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
     """Return the cells that belong to two of some roads, from points at a step along and a spacing across, m."""
+    stations = np.cumsum(drive.roads.length[roads] / step)
+    blocks = np.split(roads, np.flatnonzero(np.diff((stations / _BLOCK).astype(np.int64))) + 1)
+    parts = map_parallel(
+        lambda block: _in_squares(drive, carriageways(drive, lanes, block, step)), blocks, available_jobs()
+    )
+    in_squares = _joined(_Stretches, list(parts))
+    # Most squares have one road: nothing in them is looked at.
+    several = _with_several(in_squares.key, in_squares.road)
+    near = _Stretches(*(getattr(in_squares, item.name)[several] for item in fields(_Stretches)))
 
-    def shared(band: tuple[IntArray, tuple[float, float]]) -> _Shared:
-        some, columns = band
-        return _shared_cells(drive, carriageways(drive, lanes, some, step), spacing, columns)
+    def shared(band: _Stretches) -> _Shared:
+        return _shared_cells(drive, _ways_in(drive, lanes, band, step), spacing, band)
 
-    parts = list(map_parallel(shared, list(_bands(drive, lanes, roads, step)), available_jobs()))
-    return _Shared(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("low", "high", "s")))
-
-
-def _bands(
-    drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float
-) -> Iterator[tuple[IntArray, tuple[float, float]]]:
-    """Yield roads that reach into a band of columns of cells, and the first column and that behind the last."""
-    stations = drive.roads.length[roads] / step
-    blocks = np.split(roads, np.flatnonzero(np.diff((np.cumsum(stations) / _BLOCK).astype(np.int64))) + 1)
-    if len(blocks) == 1:
-        yield roads, (-np.inf, np.inf)
-        return
-    west, east = np.full(len(drive.roads.id), np.inf), np.full(len(drive.roads.id), -np.inf)
-    for block in blocks:
-        ways = carriageways(drive, lanes, block, step)
-        for t in (ways.low, ways.high):
-            column = np.floor(ways.points(np.arange(len(t)), t)[0] / _CELL)
-            # What lies between both edges may be rounded into the next column.
-            np.minimum.at(west, ways.road, column - 1)
-            np.maximum.at(east, ways.road, column + 1)
-    order = np.argsort(west[roads], kind="stable")
-    block = (np.cumsum(stations[order]) / _BLOCK).astype(np.int64)
-    bounds = np.unique(west[roads][order][np.flatnonzero(np.diff(block)) + 1])
-    bounds = bounds[np.isfinite(bounds)]
-    for first, last in zip([-np.inf, *bounds], [*bounds, np.inf], strict=True):
-        yield roads[(west[roads] < last) & (east[roads] >= first)], (float(first), float(last))
+    return _joined(_Shared, list(map_parallel(shared, _bands(near), available_jobs())))
 
 
-def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, columns: tuple[float, float]) -> _Shared:
-    """Return the cells in some columns that belong to two roads, from points at a spacing across, m."""
-    inside = np.flatnonzero((ways.s > _END_MARGIN) & (ways.s < drive.roads.length[ways.road] - _END_MARGIN))
+def _joined(kind: type[_Table], parts: list[_Table]) -> _Table:
+    """Join tables, one behind the other."""
+    columns = (np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(kind))
+    return cast("_Table", kind(*columns))
+
+
+def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
+    """Return the stretches of roads in squares, from stations of all of them; several where a road comes back."""
+    at = np.flatnonzero(_inside(drive, ways))
+    edges = [np.floor([axis / _CELL for axis in ways.places(at, t[at])]) for t in (ways.low, ways.high)]
+    # What lies between both edges may be rounded into the next cell.
+    first, last = np.minimum(*edges) - 1, np.maximum(*edges) + 1
+    bounds = [*(first.astype(np.int64) >> _SQUARE), *(last.astype(np.int64) >> _SQUARE)]
+    # Neighbours are mostly in the same squares.
+    changes = _changes(ways.road[at], *bounds)
+    begin, end = np.flatnonzero(changes), np.flatnonzero(np.append(changes[1:], [True] * (len(at) > 0)))
+    left, low, right, high = (bound[begin] for bound in bounds)
+    across = high - low + 1
+    count = (right - left + 1) * across
+    run, rank = np.repeat(np.arange(len(begin)), count), ranks(count)
+    # Lines count from one far below, so that keys tell columns.
+    key = (left[run] + rank // across[run]) * _CELLS + (_CELLS // 2 + low[run] + rank % across[run])
+    columns = (ways.road[at[begin]], ways.k[at[begin]], ways.k[at[end]])
+    return _Stretches(key, *(column[run] for column in columns))
+
+
+def _bands(near: _Stretches) -> list[_Stretches]:
+    """Divide stretches into bands of columns of squares, each with about as many stations as a block."""
+    order = np.argsort(near.key, kind="stable")
+    near = _Stretches(*(getattr(near, item.name)[order] for item in fields(near)))
+    column = near.key >> _BITS
+    block = (np.cumsum(near.last - near.first + 1) / _BLOCK).astype(np.int64)
+    # A column belongs to the block of its first square.
+    cuts = np.searchsorted(column, column[np.flatnonzero(np.diff(block)) + 1])
+    cuts = np.unique(cuts[cuts > 0])
+    parts = zip(*(np.split(getattr(near, item.name), cuts) for item in fields(near)), strict=True)
+    return [_Stretches(*columns) for columns in parts]
+
+
+def _ways_in(drive: OpenDrive, lanes: LaneIndex, band: _Stretches, step: float) -> Carriageways:
+    """Return the carriageways at the stations of stretches."""
+    count = band.last - band.first + 1
+    station = np.unique(np.repeat(band.road, count) * _MOST_STATIONS + runs(band.first, count))
+    return carriageways_at(drive, lanes, station // _MOST_STATIONS, station % _MOST_STATIONS, step)
+
+
+def _inside(drive: OpenDrive, ways: Carriageways) -> BoolArray:
+    """Whether stations are not near the ends of their roads, and wide enough to have points, (n,)."""
+    along = (ways.s > _END_MARGIN) & (ways.s < drive.roads.length[ways.road] - _END_MARGIN)
+    return np.asarray(along & (ways.high - ways.low > 2 * _EDGE_MARGIN))
+
+
+def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, band: _Stretches) -> _Shared:
+    """Return the cells that belong to two roads in a band, from points at a spacing across, m."""
+    inside = np.flatnonzero(_inside(drive, ways))
     room = (ways.high - ways.low)[inside] - 2 * _EDGE_MARGIN
     count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
     row = np.repeat(inside, count)
-    k = ranks(count)
-    x, y, z = ways.points(row, ways.low[row] + _EDGE_MARGIN + k * spacing)
-    column = np.floor(x / _CELL)
-    key = column.astype(np.int64) * _CELLS + np.floor(y / _CELL).astype(np.int64)
-    within = (column >= columns[0]) & (column < columns[1])
-    if not within.all():
-        key, z, row = key[within], z[within], row[within]
-    del x, y, k, column, within
-    road = ways.road[row]
-    several = _with_several(key, road)
-    key, z, row, road = key[several], z[several], row[several], road[several]
+    t = ways.low[row] + _EDGE_MARGIN + ranks(count) * spacing
+    column, line = (np.floor(axis / _CELL).astype(np.int64) for axis in ways.places(row, t))
+    key = column * _CELLS + line
+    # In other bands not all stations with these cells are known.
+    square, ends = column >> _SQUARE, band.key[[0, -1]] >> _BITS if len(band.key) else (0, -1)
+    within = np.flatnonzero((square >= ends[0]) & (square <= ends[1]))
+    several = within[_with_several(key[within], ways.road[row[within]])]
+    key, row = key[several], row[several]
+    road, z = ways.road[row], ways.heights(row, t[several])
     # One entry for each cell and road, then in each cell from below.
     order = np.lexsort((road, key))
     order = order[_changes(key[order], road[order])]
@@ -271,6 +341,17 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, columns:
 
 def _with_several(key: IntArray, road: IntArray) -> IntArray:
     """Return the entries whose keys belong to several roads, ascending; few do."""
+    # Keys share slots of a table; those in slots of one road alone need no sorting.
+    slot = ((key >> _BITS) * _APART + key) & (_SLOTS - 1)
+    table, shared = np.empty(_SLOTS, np.int64), np.zeros(_SLOTS, bool)
+    table[slot] = road
+    shared[slot[table[slot] != road]] = True
+    some = np.flatnonzero(shared[slot])
+    return some[_sorted_with_several(key[some], road[some])]
+
+
+def _sorted_with_several(key: IntArray, road: IntArray) -> IntArray:
+    """Return what `_with_several` does, by sorting all keys."""
     order = np.argsort(key)
     first = np.flatnonzero(_changes(key[order]))
     if not len(first):
