@@ -106,7 +106,7 @@ class Kinked:
 def _redundant(b: FloatArray, c: FloatArray, d: FloatArray, s: FloatArray) -> BoolArray:
     """Whether cubics are those before, given what their coefficients change by at the places s, m, between."""
     about_0 = (s * (s * (c - s * d) - b), b - s * (2 * c - 3 * s * d), c - 3 * s * d, d)
-    return np.all(np.abs(np.stack(about_0)) < _REDUNDANT, axis=0)
+    return np.asarray((np.abs(np.stack(about_0)) < _REDUNDANT).all(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -184,7 +184,8 @@ def test_nothing_is_read_without_furniture(tmp_path: Path) -> None:
     )
     network, _ = area.parse(tmp_path, ParseOptions(furniture=False))
     assert (network.footways, network.roadside) == ((), ())
-    assert network.node_tags == {3: {"highway": "turning_circle"}}
+    # Where people cross tells of built-up areas.
+    assert network.node_tags == {3: {"highway": "turning_circle", "crossing": "no"}}
     assert network.streets[0].pieces[0][1].margin_left == ()
 
 
