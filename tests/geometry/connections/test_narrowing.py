@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow, find_la
 from osm2xodr.geometry.connections.narrowing import _reachable
 from osm2xodr.geometry.junctions.road_parts import cut_roads
 from osm2xodr.geometry.plan_view.streets import fit_streets
-from osm2xodr.model import Rule
+from osm2xodr.model import LaneType, Rule
 
 
 def test_widths_shrink_until_tapers_lead_from_each_to_all_others() -> None:
@@ -51,10 +52,24 @@ def test_a_wide_lane_narrows_before_a_junction_to_narrow_ones(rule: Rule) -> Non
     wide = next(road for road in roads.roads if road.osm_way_ids == (1,))
     widths = [lane.widths for lane in wide.lane_sections[0].lanes if lane.id]
     assert widths[0][0].a == pytest.approx(5.5)
-    # A metre before the junction the lane is as narrow as some 8 m to a lane of 2.5 m ask for, less a centimetre that
-    # rounding may take: 2.5 + 8.2 / 7.75 - 0.01.
+    # A metre before the junction the lane is as narrow as some 8 m to a lane of 2.5 m ask for, which may become 6 %
+    # shorter, less a centimetre that rounding may take: 2.5 + 0.94 * 7.8 / 7.75 - 0.01 = 3.44.
     (end,) = (road.lane_sections[-1] for road in roads.roads if road is wide)
-    assert [round(item.widths[-1].a, 1) for item in end.lanes if item.id] == [3.5]
+    assert [round(item.widths[-1].a, 1) for item in end.lanes if item.id] == [3.4]
+
+
+@pytest.mark.parametrize("angle", [60.0, 90.0, 120.0])
+def test_turns_that_become_shorter_as_lanes_narrow_do_so_by_1_in_5_at_most(angle: float) -> None:
+    """Lanes of 5.5 m lead round a corner to lanes of 2 m; the way round it is shorter once they are narrower."""
+    south = 80.0 * math.cos(math.radians(angle)), -80.0 * math.sin(math.radians(angle))
+    wide = "highway=tertiary lanes=2 width=11"
+    ways = {1: ("w o", wide), 2: ("o e", wide), 3: ("o s", "highway=service lanes=2 width=4")}
+    roads = Case({"w": (-100.0, 0.0), "o": (0.0, 0.0), "e": (100.0, 0.0), "s": south}, ways).build(Rule.RIGHT_HAND)
+    through = [road for road in roads.roads if road.junction is not None]
+    lanes = [lane for road in through for lane in road.lane_sections[0].lanes if lane.type is LaneType.DRIVING]
+    steepest = [item.c**2 / abs(3 * item.d) for lane in lanes for item in lane.widths if item.d != 0.0]
+    assert len(steepest) >= 4
+    assert max(steepest) < 0.2
 
 
 def test_only_junctions_with_other_lane_links_are_drawn_again() -> None:
