@@ -41,6 +41,14 @@ def test_at_a_slant_the_farther_edge_counts() -> None:
     assert cut_back((60.0, 0.0)) == pytest.approx(apart, abs=0.6)
 
 
+@pytest.mark.parametrize(
+    ("y", "gone"), [(4.5, (4.0 + 0.3 + 2.0 * math.sqrt(0.5) - 4.5) * math.sqrt(2.0)), (5.6, 0.0)]
+)
+def test_an_end_with_a_corner_on_a_street_is_cut_back(y: float, gone: float) -> None:
+    # At 45 degrees its nearer corner lies 1.4 m closer to the street, whose edge is at y = 4, than its middle.
+    assert cut_back((60.0 - y, y)) == pytest.approx(gone, abs=0.5)
+
+
 def test_what_passes_the_street_or_runs_along_it_keeps_its_length() -> None:
     assert cut_back((0.0, -20.0)) == 0.0
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (-60.0, 1.0), "d": (60.0, 1.0)}

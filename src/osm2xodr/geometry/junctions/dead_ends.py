@@ -86,12 +86,18 @@ class _Streets:
         self._level = np.array(level)[piece]
 
     def under(self, ends: StreetEnds, found: IntArray) -> list[tuple[int, int]]:
-        """Return the ends, of those asked about, whose middle lies on a street of their level, and that street."""
+        """Return the ends, of those asked about, that lie on a street of their level, and that street.
+
+        Their middle does, there or some way before them, or one of their corners.
+        """
         if not len(found):
             return []
         back = [_back(ends, end) for end in found.tolist()]
-        end = np.repeat(found, [len(u) for u in back])
-        x, y, _ = outward_pose(ends, end, np.concatenate(back))
+        end = np.concatenate([np.repeat(found, [len(u) for u in back]), found, found])
+        x, y, hdg = outward_pose(ends, end, np.concatenate([*back, np.zeros(2 * len(found))]))
+        middles = np.zeros(len(end) - 2 * len(found))
+        aside = np.concatenate([middles, ends.left[found], ends.right[found]])
+        x, y = x - aside * np.sin(hdg), y + aside * np.cos(hdg)
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
         asked = cKDTree(np.column_stack([x, y]))
         near = asked.sparse_distance_matrix(cKDTree(self._xy), reach, output_type="ndarray")
