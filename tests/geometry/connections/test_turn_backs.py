@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -9,12 +10,12 @@ import numpy as np
 import pytest
 from dual_carriageways import built, dual
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
-from street_cases import built_links
+from street_cases import Case, built_links
 
 from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.connections.turn_backs import turned_back
 from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
-from osm2xodr.model import RoadMap, Rule
+from osm2xodr.model import FloatArray, RoadMap, Rule
 
 
 def turns_back(roads: RoadMap, entry: int = 2, exit_: int = 1) -> list[int]:
@@ -96,3 +97,35 @@ def test_turns_swing_out_on_both_sides_with_a_radius_of_their_own(side: float, t
     x, y, last = pose(plan, np.zeros(1, np.int64), lengths(plan))
     assert (x[0], y[0]) == pytest.approx((end[0][0], end[1][0]), abs=1e-9)
     assert math.cos(last[0] - end[2][0]) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_cars_follow_a_street_that_itself_turns_back(rule: Rule) -> None:
+    """A side street leaves at 39 degrees and turns sharply after 38 m: most of the way back is its bend."""
+    nodes = {"w": (-100.0, 7.0), "o": (0.0, -33.0), "e": (19.2, -31.5), "f": (55.1, -19.5), "g": (100.0, -17.0)}
+    nodes |= {"p": (18.8, -22.2), "q": (30.7, -9.5), "n": (-60.0, 33.0), "s": (52.0, -33.0)}
+    home = "highway=residential"
+    ways = {
+        1: ("w o", home),
+        2: ("o e f", home),
+        3: ("o p q n", "highway=service"),
+        4: ("f g", home),
+        5: ("f s", home),
+    }
+    case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
+    roads = case.build(rule)
+    assert_sound(roads)
+    (k,) = turns_back(roads, 1, 3)
+    s = np.linspace(0.0, float(lengths(roads.plan_view)[k]), 60)
+    x, y, _ = pose(roads.plan_view, np.full(len(s), k), s)
+    line = np.array([case.nodes[name] for name in "wopqn"])
+    away = np.stack([_from_segment(x, y, *pair) for pair in itertools.pairwise(line)]).min(axis=0)
+    # Half a carriageway, what a turn of 6 m in radius cuts off a corner of 110 degrees, and rounding of the origin.
+    assert away.max() < 2.5 + 6.0 * (1.0 / math.cos(math.radians(55.0)) - 1.0) + 0.6
+
+
+def _from_segment(x: FloatArray, y: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the distance of points, (n,), m, from a straight line between two others."""
+    step = other - one
+    share = np.clip(((x - one[0]) * step[0] + (y - one[1]) * step[1]) / float(step @ step), 0.0, 1.0)
+    return np.asarray(np.hypot(x - one[0] - share * step[0], y - one[1] - share * step[1]))

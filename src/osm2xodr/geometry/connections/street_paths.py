@@ -59,6 +59,7 @@ class StreetPaths:
     chainage: FloatArray  # (legs,) Length of the path before the leg, m
     length: FloatArray  # (paths,) m
     sharpest: FloatArray  # (paths,) Largest corner between two legs, rad
+    cornered: FloatArray  # (paths,) All corners between legs together, rad
     # (paths,) Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines
     # in the direction of travel, m; infinitely far out without inner streets
     inner_right: FloatArray
@@ -96,6 +97,7 @@ def lay_out_paths(
     sharpest = np.zeros(len(count))
     corner = np.abs(wrapped(ends.hdg[near[joint + 1]] - ends.hdg[far[joint]] - np.pi))
     np.maximum.at(sharpest, owner[joint], corner)
+    cornered = np.bincount(owner[joint], corner, len(count)).astype(np.float64)
     ring = np.zeros(len(count), bool)
     ring[of[ends.roundabout[2 * street]]] = True
     inner_right, inner_left = _inner_sides(inner, len(count), lanes)
@@ -110,6 +112,7 @@ def lay_out_paths(
         chainage=chainage,
         length=(chainage + size)[start[1:] - 1],
         sharpest=sharpest,
+        cornered=cornered,
         inner_right=inner_right,
         inner_left=inner_left,
         on_ring=ring,

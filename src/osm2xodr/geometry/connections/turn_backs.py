@@ -26,7 +26,7 @@ from osm2xodr.curves import (
     wrapped,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
-from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
+from osm2xodr.geometry.connections.defaults import LEAST_REDRAWN_RADIUS, SMOOTH_CORNER
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses
 from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -64,6 +64,9 @@ def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: I
     paths = lanes.paths
     bends = (paths.sharpest[lanes.path] >= SMOOTH_CORNER) & ~paths.on_ring[lanes.path]
     row = np.flatnonzero(turns_back(plan) & bends & (entry != exit_))
+    # Where two thirds of the turn are bends of the arms' streets, cars follow these if they can.
+    follows = paths.cornered[lanes.path[row]] < LEAST_TURN_BACK / 3
+    row = row[~follows | (smallest_radius(plan)[row] < LEAST_REDRAWN_RADIUS)]
     if not len(row):
         return plan
     begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
