@@ -113,7 +113,7 @@ def report_blunt_sidewalks(
 ) -> None:
     """Report junctions where sidewalks end as wide as they are, (sidewalks,)."""
     for osm_id, count in _counted(network, layout, junctions):
-        text = "the sidewalk of an arm ends bluntly: no lane leads round its corner, or leaves it room to run out"
+        text = "the sidewalk of an arm ends there: no lane leads round its corner, or leaves it room to run out"
         diagnostics.note("sidewalk-end", osm_id, text if count == 1 else f"{text} ({count} sidewalks)")
 
 

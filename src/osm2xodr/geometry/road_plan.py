@@ -54,6 +54,7 @@ from osm2xodr.geometry.margins import (
     find_sidewalk_ends,
     lay_out_corners,
     margins_with_room,
+    round_off,
 )
 from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.plan_report import (
@@ -112,7 +113,7 @@ class RoadSides:
     margins: tuple[Margins, ...]  # Of each road
     corners: ConnectingRoads  # The sidewalks within junctions
     ends: SidewalkEnds  # Those that run out there
-    blunt: IntArray  # (k,) Junctions of sidewalks that have no room for that, one for each
+    blunt: IntArray  # (k,) Junctions of sidewalks that have no room for that, and round ends, one for each
     diagnostics: Diagnostics  # What was found meanwhile
 
 
@@ -150,7 +151,9 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
     report_missing_corners(network, plan.layout, left_out, found)
     ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
-    return RoadSides(margins, corners, ends, blunt, found)
+    margins = round_off(plan.parts, margins, blunt)
+    junction = plan.parts.end_junction.ravel()[np.array([end for end, _ in blunt], np.int64)]
+    return RoadSides(margins, corners, ends, junction, found)
 
 
 def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:

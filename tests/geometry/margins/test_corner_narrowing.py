@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings, strategies as st
-from margin_cases import BOTH, WALK, Strips, built, is_led_on
+from margin_cases import BOTH, PARKING, WALK, Strips, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, width_at
 from street_cases import Case
 
@@ -178,8 +178,9 @@ def test_sidewalks_stay_as_wide_where_the_other_street_has_none(rule: Rule) -> N
     assert_sound(roads)
     assert joined(roads) == {frozenset(pair) for pair in ((2, 4), (1, 4))}
     assert findings(told) == []
+    # But for the round end of the one beside that street, as long as it is wide.
     for side in (1, -1):
-        assert walk_beside(roads, road_of(roads, 1), side, 0.0)[1] == pytest.approx(2.0)
+        assert walk_beside(roads, road_of(roads, 1), side, 2.0)[1] == pytest.approx(2.0)
 
 
 @settings(max_examples=15, deadline=None)
@@ -192,3 +193,48 @@ def test_no_sidewalk_lies_on_the_other_one(angle: float, walk: float, width: flo
     for before in (0.0, 0.5, 1.0, 2.0, 5.0, 8.0):
         for way, other, side in ((1, 3, -1), (3, 1, 1)):
             assert gap(roads, way, other, side, before) >= -0.03
+
+
+def parked(roads: RoadMap, way: int, side: int, from_junction: float, kind: LaneType = LaneType.PARKING) -> float:
+    """Return how wide what cars park on is at a side of a road that leads into the junction, m."""
+    road = road_of(roads, way)
+    s = RoadMeasures(roads).length(road) - from_junction
+    section = [item for item in road.lane_sections if item.s <= s][-1]
+    widths = [
+        width_at(lane.widths, s - section.s) for lane in section.lanes if lane.type is kind and lane.id * side > 0
+    ]
+    return sum(widths)
+
+
+def side_street(length: float = 120.0) -> Case:
+    street = "highway=residential lanes=2 width=6"
+    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": (0.0, -length)}
+    return Case(nodes, {1: ("w o", street), 2: ("o e", street), 3: ("s o", street)})
+
+
+@EITHER
+@pytest.mark.parametrize("kind", [LaneType.PARKING, LaneType.RESTRICTED])
+def test_parking_with_nothing_beyond_it_ends_before_the_junction(kind: LaneType, rule: Rule) -> None:
+    strip = (replace(PARKING, type=kind),)
+    roads = built(side_street(), {3: (strip, strip)}, rule)
+    assert_sound(roads)
+    for side in (1, -1):
+        assert [parked(roads, 3, side, at, kind) for at in (0.0, 4.9)] == pytest.approx([0.0, 0.0], abs=1e-9)
+        # Strips taper over 6 m, in a smooth step.
+        assert parked(roads, 3, side, 8.0, kind) == pytest.approx(1.1, abs=1e-6)
+        assert parked(roads, 3, side, 11.1, kind) == pytest.approx(2.2, abs=1e-9)
+
+
+@EITHER
+def test_parking_between_carriageway_and_sidewalk_reaches_the_corner(rule: Rule) -> None:
+    both = (PARKING, WALK), (PARKING, WALK)
+    roads = built(side_street(), {1: both, 2: both, 3: both}, rule)
+    assert [parked(roads, 3, side, 0.0) for side in (1, -1)] == pytest.approx([2.2, 2.2], abs=1e-9)
+
+
+@EITHER
+def test_a_short_row_of_parked_cars_stays(rule: Rule) -> None:
+    """No more than 15 m are left of the street."""
+    roads = built(side_street(18.0), {3: ((PARKING,), (PARKING,))}, rule)
+    assert RoadMeasures(roads).length(road_of(roads, 3)) < 15.0
+    assert [parked(roads, 3, side, 0.0) for side in (1, -1)] == pytest.approx([2.2, 2.2], abs=1e-9)

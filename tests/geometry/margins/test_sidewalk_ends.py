@@ -34,6 +34,14 @@ def ending(roads: RoadMap) -> list[tuple[Road, Lane]]:
     ]
 
 
+def walk_width(roads: RoadMap, way: int, side: int, from_end: float) -> float:
+    """Return how wide the sidewalk at a side of a way's road is before the road's end, m."""
+    (road,) = (road for road in roads.roads if road.osm_way_ids == (way,))
+    section = road.lane_sections[-1]
+    (lane,) = (lane for lane in section.lanes if lane.type is LaneType.SIDEWALK and lane.id * side > 0)
+    return width_at(lane.widths, RoadMeasures(roads).length(road) - from_end - section.s)
+
+
 def reported(told: Diagnostics) -> list[tuple[str, str]]:
     """Return where sidewalks are said to end bluntly, and the text."""
     return [(item.osm_id, item.message) for item in told if item.code == "sidewalk-end"]
@@ -172,9 +180,38 @@ def test_beside_corners_that_nobody_turns_round_they_stay_blunt(rule: Rule) -> N
     one_way = f"{STREET} oneway=yes"
     case = Case(T.nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
     told = Diagnostics()
-    found = ending(built(case, {1: ((), (WALK,))}, rule, diagnostics=told))
-    assert found == []
+    roads = built(case, {1: ((), (WALK,))}, rule, diagnostics=told)
+    assert ending(roads) == []
     assert [osm_id for osm_id, _ in reported(told)] == ["node/1002"]
+    # A quarter of a circle with the radius of its width, 2 m: between places 15 degrees apart, lines.
+    side = -1 if rule is Rule.RIGHT_HAND else 1
+    assert walk_width(roads, 1, side, 0.0) == pytest.approx(0.0, abs=1e-9)
+    for degrees in (15, 30, 45, 60, 75, 90):
+        turn = math.radians(degrees)
+        wide = walk_width(roads, 1, side, 2.0 * (1.0 - math.cos(turn)))
+        assert wide == pytest.approx(2.0 * math.sin(turn), abs=1e-6)
+    assert walk_width(roads, 1, side, 3.0) == pytest.approx(2.0, abs=1e-9)
+
+
+@EITHER
+def test_round_ends_take_no_more_than_a_part_of_a_short_road(rule: Rule) -> None:
+    one_way = f"{STREET} oneway=yes"
+    nodes = {**T.nodes, "w": (-16.0, 0.0)}
+    case = Case(nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
+    broad = replace(WALK, width=6.0)
+    roads = built(case, {1: ((), (broad,))}, rule)
+    (road,) = (road for road in roads.roads if road.osm_way_ids == (1,))
+    length = RoadMeasures(roads).length(road)
+    assert length < 20.0
+    side = -1 if rule is Rule.RIGHT_HAND else 1
+    assert walk_width(roads, 1, side, 0.3 * length) == pytest.approx(6.0, abs=1e-6)
+    assert walk_width(roads, 1, side, 0.15 * length) == pytest.approx(6.0 * 0.75**0.5, abs=1e-6)
+
+
+@EITHER
+def test_those_that_run_out_keep_their_width_up_to_the_junction(rule: Rule) -> None:
+    roads = built(T, {3: BOTH}, rule)
+    assert [walk_width(roads, 3, side, 0.0) for side in (1, -1)] == pytest.approx([2.0, 2.0], abs=1e-9)
 
 
 @EITHER

@@ -5,7 +5,7 @@ from __future__ import annotations
 from osm2xodr.geometry.margins.corner_lanes import with_lanes_of_sections
 from osm2xodr.geometry.margins.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.margins.corner_strips import inner_width
-from osm2xodr.geometry.margins.sidewalk_ends import SidewalkEnds, find_sidewalk_ends
+from osm2xodr.geometry.margins.sidewalk_ends import SidewalkEnds, find_sidewalk_ends, round_off
 from osm2xodr.geometry.margins.strip_clearance import margins_with_room
 from osm2xodr.geometry.margins.strip_lanes import add_margins, has_width
 from osm2xodr.geometry.margins.strips import Margins, find_margins
@@ -20,5 +20,6 @@ __all__ = [
     "inner_width",
     "lay_out_corners",
     "margins_with_room",
+    "round_off",
     "with_lanes_of_sections",
 ]

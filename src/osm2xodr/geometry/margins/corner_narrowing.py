@@ -25,6 +25,7 @@ from osm2xodr.model import IntArray, LaneType, Rule
 # Shares of their room that sidewalks get in a wedge, and whether the one with more room ends wider: the first that
 # helps. Choices: corners may need more room than a circle round their tip.
 _TRIES: Final = ((1.0, True), (0.9, True), (0.9, False), (0.6, False))
+_PARKED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
 _Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 _Change = Callable[[RoadParts, tuple[Margins, ...], ConnectingRoads], tuple[Margins, ...]]
 
@@ -34,9 +35,11 @@ def lay_out_corners(
 ) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
     """Connect the sidewalks of neighbouring arms; where necessary, leave out the strips inside them before corners.
 
-    Returns the strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the
-    junctions of corners that could not be drawn, one for each, (k,).
+    Parking with nothing beyond it ends before junctions: no sidewalk leads its kerb round the corner. Returns the
+    strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the junctions of
+    corners that could not be drawn, one for each, (k,).
     """
+    margins = _changed(parts, margins, _bare_parking(parts, margins), _nothing, whole=False)
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
     changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share, uneven=uneven) for share, uneven in _TRIES)]
     for change in changes:
@@ -89,28 +92,55 @@ def _wedged(
     return tuple(out)
 
 
+def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[_Place]:
+    """Return where roads meet junctions with room for parked cars at a side, and nothing beyond it."""
+    beside = [road for road, item in enumerate(margins) if item]
+    ends = [2 * road + k for road in beside for k in (0, 1) if parts.end_junction[road, k] >= 0]
+    strips = [(end, side, margins[end // 2][-(end % 2)].strips(side)) for end in ends for side in (1, -1)]
+    return [(end, side) for end, side, here in strips if here and all(item.type in _PARKED for item in here)]
+
+
+def _nothing(strips: Strips) -> Strips:
+    return strips[:0]
+
+
 def _sidewalk_alone(strips: Strips) -> Strips:
     return tuple(strip for strip in strips if strip.type is LaneType.SIDEWALK)[:1]
 
 
 def _changed(
-    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[_Place], change: Callable[[Strips], Strips]
+    parts: RoadParts,
+    margins: tuple[Margins, ...],
+    places: Iterable[_Place],
+    change: Callable[[Strips], Strips],
+    whole: bool = True,
 ) -> tuple[Margins, ...]:
-    """Return margins with changed strips at some places; the very same margins where nothing changes."""
+    """Return margins with changed strips at some places; the very same margins where nothing changes.
+
+    Without `whole`, stretches too short to be cut stay as they are, but those no longer than what is cut off.
+    """
     out = list(margins)
     changed = False
     for end, side in places:
         borders = [stretch.start for stretch in parts.stretches[end // 2][1:]]
-        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change)
+        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change, whole)
         changed |= beside is not out[end // 2]
         out[end // 2] = beside
     return tuple(out) if changed else margins
 
 
 def _changed_end(
-    beside: Margins, at_end: bool, side: int, borders: Sequence[float], change: Callable[[Strips], Strips]
+    beside: Margins,
+    at_end: bool,
+    side: int,
+    borders: Sequence[float],
+    change: Callable[[Strips], Strips],
+    whole: bool,
 ) -> Margins:
-    """Change the strips at one side over a road's last metres, or over its last stretch where that is short."""
+    """Change the strips at one side over a road's last metres, or over its last stretch where that is short.
+
+    Without `whole`, a short stretch stays as it is, unless it is no longer than those metres.
+    """
     piece = beside[-1 if at_end else 0]
     strips = change(piece.strips(side))
     if strips == piece.strips(side):
@@ -121,8 +151,11 @@ def _changed_end(
     # No lane section may begin so near another.
     near = [border for border in borders if abs(border - cut) < least and piece.start < border < piece.end]
     cut = near[0] if near else cut
+    first, last = (2.0, 0.5) if at_end else (0.5, 2.0)
+    if not piece.start + first * least < cut < piece.end - last * least:
+        # What is left of the same cut on the other side is no longer than that.
+        inner = inner if whole or piece.end - piece.start <= least + defaults.SAME_PLACE else piece
+        return (*beside[:-1], inner) if at_end else (inner, *beside[1:])
     if at_end:
-        splits = piece.start + 2 * least < cut < piece.end - least / 2
-        return (*beside[:-1], *((replace(piece, end=cut), replace(inner, start=cut)) if splits else (inner,)))
-    splits = piece.start + least / 2 < cut < piece.end - 2 * least
-    return (*((replace(inner, end=cut), replace(piece, start=cut)) if splits else (inner,)), *beside[1:])
+        return (*beside[:-1], replace(piece, end=cut), replace(inner, start=cut))
+    return (replace(inner, end=cut), replace(piece, start=cut), *beside[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final
@@ -16,7 +17,7 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import PROBES, onto_lanes, onto_roads
 from osm2xodr.geometry.margins.corner_pairs import arms_in_order, walks_at
 from osm2xodr.geometry.margins.corner_strips import Sidewalk
-from osm2xodr.geometry.margins.strips import Margins
+from osm2xodr.geometry.margins.strips import Margins, Wedge
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, LaneType, Rule
 
 # Such a sidewalk ends over at most so many metres, those of a turn, or over fewer where it has no room. Choices.
@@ -25,6 +26,10 @@ _LONGEST: Final = (12.0, 6.0, 3.0)
 _PART: Final = 0.5
 # On this share of its length it is compared with lanes: the rest is as narrow as what lanes may cover. A choice.
 _COMPARED: Final = 0.6
+# Those that end where the arm does have a quarter of an ellipse there, through these angles, as long as they are
+# wide, and no longer than this share of their road. Choices.
+_ROUND: Final = tuple(math.radians(angle) for angle in (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0))
+_ROUND_SHARE: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +66,10 @@ class SidewalkEnds:
 
 def find_sidewalk_ends(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads, rule: Rule
-) -> tuple[SidewalkEnds, IntArray]:
+) -> tuple[SidewalkEnds, tuple[tuple[int, int], ...]]:
     """Return where sidewalks and shoulders that no corner joins end within junctions, beside the roads of `cars`.
 
-    Returns the junctions of sidewalks without room for that, too, one for each, (k,): they end as wide as they are.
+    Returns the road ends of sidewalks without room for that, too, each with the side of its road: left 1, right -1.
     """
     joined = {
         (end, lane > 0)
@@ -89,11 +94,32 @@ def find_sidewalk_ends(
         ahead = side == (incoming if end % 2 == 0 else -incoming)
         found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
     out = _that_fit(found, parts, cars)
-    arms = np.array([end for (end, _), walk in walks.items() if walk.type is LaneType.SIDEWALK], np.int64)
-    led = np.where(out.at_start, cars.entry[out.row], cars.exit[out.row])[~out.shoulder]
-    many = 2 * len(parts.length)
-    blunt = np.bincount(arms, minlength=many) - np.bincount(led, minlength=many)
-    return out, np.repeat(parts.end_junction.ravel(), blunt)
+    led = set(zip(*(item.tolist() for item in _places(out, cars)), strict=True))
+    walking = (place for place, walk in walks.items() if walk.type is LaneType.SIDEWALK)
+    return out, tuple(place for place in walking if place not in led)
+
+
+def _places(ends: SidewalkEnds, cars: ConnectingRoads) -> tuple[IntArray, IntArray]:
+    """Return the road ends that sidewalks come from, and on which side of these roads they lie, both (n,)."""
+    end = np.where(ends.at_start, cars.entry[ends.row], cars.exit[ends.row])
+    return end, np.where((end % 2 == 1) == ends.at_start, ends.side, -ends.side)
+
+
+def round_off(
+    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[tuple[int, int]]
+) -> tuple[Margins, ...]:
+    """Return strips whose sidewalks have round ends at some road ends and sides: their back bends to their kerb."""
+    out = list(margins)
+    for end, side in places:
+        beside = out[end // 2]
+        here = beside[-(end % 2)]
+        width = next(item.width for item in here.strips(side) if item.type is LaneType.SIDEWALK)
+        length = min(width, _ROUND_SHARE * float(parts.length[end // 2]))
+        widths = tuple((length * (1.0 - math.cos(turn)), width * math.sin(turn)) for turn in _ROUND)
+        kept = (item for item in here.wedges if not item.lies_at(end, side))
+        last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, widths)))
+        out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
+    return tuple(out)
 
 
 @dataclass(frozen=True, slots=True)
