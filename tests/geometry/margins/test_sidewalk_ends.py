@@ -185,7 +185,7 @@ def test_beside_corners_that_nobody_turns_round_they_stay_blunt(rule: Rule) -> N
     assert [osm_id for osm_id, _ in reported(told)] == ["node/1002"]
     # A quarter of a circle with the radius of its width, 2 m: between places 15 degrees apart, lines.
     side = -1 if rule is Rule.RIGHT_HAND else 1
-    assert walk_width(roads, 1, side, 0.0) == pytest.approx(0.0, abs=1e-9)
+    assert walk_width(roads, 1, side, 0.0) == pytest.approx(0.001, abs=1e-9)
     for degrees in (15, 30, 45, 60, 75, 90):
         turn = math.radians(degrees)
         wide = walk_width(roads, 1, side, 2.0 * (1.0 - math.cos(turn)))

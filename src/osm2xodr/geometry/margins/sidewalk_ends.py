@@ -30,6 +30,8 @@ _COMPARED: Final = 0.6
 # wide, and no longer than this share of their road. Choices.
 _ROUND: Final = tuple(math.radians(angle) for angle in (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0))
 _ROUND_SHARE: Final = 0.3
+# They are so wide at their tip, m: rounded numbers in the file may not lead below 0.
+_ROUND_TIP: Final = 0.001
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +117,7 @@ def round_off(
         here = beside[-(end % 2)]
         width = next(item.width for item in here.strips(side) if item.type is LaneType.SIDEWALK)
         length = min(width, _ROUND_SHARE * float(parts.length[end // 2]))
-        widths = tuple((length * (1.0 - math.cos(turn)), width * math.sin(turn)) for turn in _ROUND)
+        widths = tuple((length * (1.0 - math.cos(turn)), max(width * math.sin(turn), _ROUND_TIP)) for turn in _ROUND)
         kept = (item for item in here.wedges if not item.lies_at(end, side))
         last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, widths)))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
