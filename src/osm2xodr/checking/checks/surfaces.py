@@ -172,11 +172,15 @@ def _by_junction(drive: OpenDrive) -> list[IntArray]:
     """Return all connecting roads, in parts that have whole junctions."""
     roads = np.flatnonzero(has_length(drive) & (drive.roads.junction >= 0))
     roads = roads[np.argsort(drive.roads.junction[roads], kind="stable")]
-    junction = drive.roads.junction[roads]
-    block = (np.cumsum(drive.roads.length[roads]) / (_BLOCK * _STEP)).astype(np.int64)
-    # A junction belongs to the block of its first road.
-    ends = np.searchsorted(junction, junction[np.flatnonzero(np.diff(block)) + 1])
-    return np.split(roads, np.unique(ends[ends > 0]))
+    return np.split(roads, _cuts(drive.roads.junction[roads], drive.roads.length[roads] / _STEP))
+
+
+def _cuts(group: IntArray, stations: FloatArray | IntArray) -> IntArray:
+    """Return where to cut rows with so many stations into blocks; ascending groups stay whole, (blocks - 1,)."""
+    block = (np.cumsum(stations) / _BLOCK).astype(np.int64)
+    # A group belongs to the block of its first row.
+    cuts = np.searchsorted(group, group[np.flatnonzero(np.diff(block)) + 1])
+    return np.asarray(np.unique(cuts[cuts > 0]))
 
 
 def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, FloatArray, IntArray, FloatArray]:
@@ -242,18 +246,20 @@ class _Stretches:
     first: IntArray
     last: IntArray
 
+    def chosen(self, rows: IntArray) -> _Stretches:
+        """Return some of them."""
+        return _Stretches(*(getattr(self, item.name)[rows] for item in fields(self)))
+
 
 def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
     """Return the cells that belong to two of some roads, from points at a step along and a spacing across, m."""
-    stations = np.cumsum(drive.roads.length[roads] / step)
-    blocks = np.split(roads, np.flatnonzero(np.diff((stations / _BLOCK).astype(np.int64))) + 1)
+    blocks = np.split(roads, _cuts(np.arange(len(roads)), drive.roads.length[roads] / step))
     parts = map_parallel(
         lambda block: _in_squares(drive, carriageways(drive, lanes, block, step)), blocks, available_jobs()
     )
     in_squares = _joined(_Stretches, list(parts))
     # Most squares have one road: nothing in them is looked at.
-    several = _with_several(in_squares.key, in_squares.road)
-    near = _Stretches(*(getattr(in_squares, item.name)[several] for item in fields(_Stretches)))
+    near = in_squares.chosen(_with_several(in_squares.key, in_squares.road))
 
     def shared(band: _Stretches) -> _Shared:
         return _shared_cells(drive, _ways_in(drive, lanes, band, step), spacing, band)
@@ -289,13 +295,8 @@ def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
 
 def _bands(near: _Stretches) -> list[_Stretches]:
     """Divide stretches into bands of columns of squares, each with about as many stations as a block."""
-    order = np.argsort(near.key, kind="stable")
-    near = _Stretches(*(getattr(near, item.name)[order] for item in fields(near)))
-    column = near.key >> _BITS
-    block = (np.cumsum(near.last - near.first + 1) / _BLOCK).astype(np.int64)
-    # A column belongs to the block of its first square.
-    cuts = np.searchsorted(column, column[np.flatnonzero(np.diff(block)) + 1])
-    cuts = np.unique(cuts[cuts > 0])
+    near = near.chosen(np.argsort(near.key, kind="stable"))
+    cuts = _cuts(near.key >> _BITS, near.last - near.first + 1)
     parts = zip(*(np.split(getattr(near, item.name), cuts) for item in fields(near)), strict=True)
     return [_Stretches(*columns) for columns in parts]
 
