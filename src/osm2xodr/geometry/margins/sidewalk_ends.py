@@ -94,7 +94,7 @@ def find_sidewalk_ends(
             continue
         # Road ends run inwards, starts outwards.
         ahead = side == (incoming if end % 2 == 0 else -incoming)
-        found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts, cars)
+        found += _nearest(walk, edges[end, side], following[end][0 if ahead else 1], parts)
     out = _that_fit(found, parts, cars)
     led = set(zip(*(item.tolist() for item in _places(out, cars)), strict=True))
     walking = (place for place, walk in walks.items() if walk.type is LaneType.SIDEWALK)
@@ -133,28 +133,33 @@ class _Edge:
     at_start: bool  # Whether it is its start
     t: float  # On the road that it touches, m
     other: int  # The road end at its other end
+    # There, the middle of the lane, t on that road, and its width, m
+    other_middle: float
+    other_width: float
+
+    def other_side(self) -> int:
+        """Return which edge of the road at its other end it leads to: left 1, right -1."""
+        return self.side if (self.other % 2 == 0) == self.at_start else -self.side
 
 
 def _edges(cars: ConnectingRoads, ends: IntArray) -> dict[tuple[int, int], list[_Edge]]:
     """Return the edges of lanes at some road ends, (n,), by the end and the side of its road."""
     out: dict[tuple[int, int], list[_Edge]] = {}
-    both = (
-        (cars.entry, cars.entry_middle(), cars.entry_width, cars.exit),
-        (cars.exit, cars.exit_middle(), cars.exit_width, cars.entry),
-    )
-    for at_start, columns in zip((True, False), both, strict=True):
-        rows = np.flatnonzero(np.isin(columns[0], ends))
-        values = (column[rows].tolist() for column in columns)
-        for row, end, t, width, other in zip(rows.tolist(), *values, strict=True):
+    entry = cars.entry, cars.entry_middle(), cars.entry_width
+    exit_ = cars.exit, cars.exit_middle(), cars.exit_width
+    for at_start, here, there in ((True, entry, exit_), (False, exit_, entry)):
+        rows = np.flatnonzero(np.isin(here[0], ends))
+        values = (column[rows].tolist() for column in (*here, *there))
+        for row, end, t, width, *other in zip(rows.tolist(), *values, strict=True):
             for side in (1, -1):
                 along = (end % 2 == 1) == at_start
-                edge = _Edge(row, side if along else -side, at_start, t + side * width / 2, other)
+                edge = _Edge(row, side if along else -side, at_start, t + side * width / 2, *other)
                 out.setdefault((end, side), []).append(edge)
     return out
 
 
 def _nearest(
-    walk: Sidewalk, edges: Iterable[_Edge], arm: int, parts: RoadParts, cars: ConnectingRoads
+    walk: Sidewalk, edges: Iterable[_Edge], arm: int, parts: RoadParts
 ) -> list[tuple[_Edge, Sidewalk, float]]:
     """Return the edge beside a sidewalk that leads to an arm, nearest to its kerb, and the width between, m."""
     side = 1 if walk.lane > 0 else -1
@@ -165,7 +170,7 @@ def _nearest(
         for edge in edges
         if edge.other == arm and abs(side * (kerb - edge.t) - inner) < defaults.CORNER_ONTO_LANE
     ]
-    return sorted(beside, key=lambda item: _off_kerb(item[0], parts, cars))[:1]
+    return sorted(beside, key=lambda item: _off_kerb(item[0], parts))[:1]
 
 
 def _that_fit(
@@ -176,7 +181,7 @@ def _that_fit(
     at_start = np.array([edge.at_start for edge, *_ in found], bool)
     width, gap, height = np.array([(walk.width, gap, walk.height) for _, walk, gap in found]).reshape(-1, 3).T
     gap = np.where(gap < defaults.NARROWEST_FILLING, 0.0, gap)
-    off = np.array([_off_kerb(edge, parts, cars) for edge, *_ in found])
+    off = np.array([_off_kerb(edge, parts) for edge, *_ in found])
     whole = off < defaults.CORNER_ONTO_LANE
     most = cars.length[row] * np.where(whole, 1.0, _PART)
     shoulder = np.array([walk.type is LaneType.SHOULDER for _, walk, _ in found], bool)
@@ -196,15 +201,11 @@ def _apart(ends: SidewalkEnds, cars: ConnectingRoads) -> SidewalkEnds:
     return replace(ends, length=ends.length * np.minimum(1.0, cars.length[ends.row] / both))
 
 
-def _off_kerb(edge: _Edge, parts: RoadParts, cars: ConnectingRoads) -> float:
+def _off_kerb(edge: _Edge, parts: RoadParts) -> float:
     """Return how far from that of the carriageway the edge of a lane is where it leads to, m."""
-    aside = float((cars.exit_aside if edge.at_start else cars.entry_aside)[edge.row])
-    t, width = (cars.exit_t, cars.exit_width) if edge.at_start else (cars.entry_t, cars.entry_width)
-    section = parts.at_end(edge.other).section
-    side = edge.side if (edge.other % 2 == 0) == edge.at_start else -edge.side
+    section, side = parts.at_end(edge.other).section, edge.other_side()
     kerb = section.left_edge if side > 0 else section.right_edge
-    middle = float(t[edge.row]) + (aside if (edge.other % 2 == 0) == edge.at_start else -aside)
-    return abs(middle + side * float(width[edge.row]) / 2 - kerb)
+    return abs(edge.other_middle + side * edge.other_width / 2 - kerb)
 
 
 def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> BoolArray:
