@@ -145,7 +145,7 @@ class _Document:
         self._parts_of_roads(elements)
         for row in elements.repeated:
             node = elements.node(row)
-            values.first_only(node, elements.node(int(elements.parent[row])), node)
+            values.repeated(node, elements.node(int(elements.parent[row])))
         for row in elements.of(Role.UNKNOWN).tolist():
             values.check_known(elements.node(row), elements.node(int(elements.parent[row])))
         values.settle()
@@ -198,7 +198,10 @@ class _Document:
         found: dict[str, Node | None] = {"geoReference": None, "offset": None}
         for child in node.children:
             if child.tag in found:
-                found[child.tag] = values.first_only(child, node, found[child.tag])
+                if found[child.tag] is None:
+                    found[child.tag] = child
+                else:
+                    values.repeated(child, node)
             elif child.tag == "userData":
                 self._user_data(child)
                 values.negated |= (child.get("code"), child.get("value")) == NEGATED_LANES

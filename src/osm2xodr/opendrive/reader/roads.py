@@ -143,7 +143,7 @@ class RoadReader:
             again = np.diff(link, prepend=-1) == 0
             for row in rows[again].tolist():
                 node = elements.node(row)
-                values.first_only(node, elements.node(int(elements.parent[row])), node)
+                values.repeated(node, elements.node(int(elements.parent[row])))
             rows = rows[~again]
             words = values.texts(elements, rows, "elementType")
             names = values.texts(elements, rows, "elementId")

@@ -193,9 +193,6 @@ class Values:
         elif tag not in _ANYWHERE:
             self.report("unknown-element", node, f"<{tag}> does not belong in <{parent.tag}>")
 
-    def first_only(self, node: Node, parent: Node, found: Node | None) -> Node:
-        """Return the first of elements of which there may be only one; report a further one."""
-        if found is None:
-            return node
+    def repeated(self, node: Node, parent: Node) -> None:
+        """Report a further one of elements of which there may be only one."""
         self.report("repeated-element", node, f"<{parent.tag}> has more than one <{node.tag}>; the first is used")
-        return found
