@@ -21,7 +21,7 @@ from osm2xodr.curves.cubics import (
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
-from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
+from osm2xodr.curves.overlaps import overlap_depths, overlapping_boxes, overlapping_pairs
 from osm2xodr.curves.plan_views import (
     advance,
     chain_curves,
@@ -85,6 +85,7 @@ __all__ = [
     "lines_that_go_on",
     "outline_bounds",
     "overlap_depths",
+    "overlapping_boxes",
     "overlapping_pairs",
     "owners",
     "part_of_cubics",

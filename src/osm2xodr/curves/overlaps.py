@@ -34,8 +34,15 @@ def overlapping_pairs(
     first, second, third, fourth = (corners[:, k] for k in range(4))
     low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
     high = np.maximum(np.maximum(first, second), np.maximum(third, fourth))
-    west, south, east, north = (np.ascontiguousarray(column) for column in (*low.T, *high.T))
     del first, second, third, fourth
+    return overlapping_boxes(low, high, probe, group)
+
+
+def overlapping_boxes(
+    low: FloatArray, high: FloatArray, probe: BoolArray, group: IntArray | None = None
+) -> tuple[IntArray, IntArray]:
+    """Return what `overlapping_pairs` does for boxes from `low` to `high`, both (n, 2), m."""
+    west, south, east, north = (np.ascontiguousarray(column) for column in (*low.T, *high.T))
     quad, cell = _cells(low, high, probe)
     del low, high
     order = np.argsort(cell, kind="stable")
@@ -62,10 +69,10 @@ def overlapping_pairs(
         a, b = a[near], b[near]
         good = probe[a] | probe[b]
         a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
-        found.append(a * len(corners) + b)
+        found.append(a * len(probe) + b)
         begin = end
     code = np.unique(np.concatenate(found))
-    return code // max(len(corners), 1), code % max(len(corners), 1)
+    return code // max(len(probe), 1), code % max(len(probe), 1)
 
 
 def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArray, IntArray]:
@@ -87,6 +94,8 @@ def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArra
     column += a[of, 0]
     cell = np.add(row, column, out=row)
     del a, wide, column
+    if probe.all():
+        return good[of], cell
     wanted = np.zeros(_HASHES, bool)
     wanted[cell[probe[good[of]]] % _HASHES] = True
     near = wanted[cell % _HASHES]

@@ -11,6 +11,7 @@ import numpy as np
 from osm2xodr.curves import (
     lengths,
     overlap_depths,
+    overlapping_boxes,
     overlapping_pairs,
     pose,
     ranks,
@@ -60,11 +61,6 @@ class Carriageways:
     level: IntArray  # (n,) Number of the level: the higher one passes over the lower one
     far_level: IntArray  # (n,) The same of connecting roads by that of their arms which is farther from the ground
 
-    @property
-    def middles(self) -> tuple[FloatArray, FloatArray]:
-        """Where the middle of the carriageway begins and ends, both (n, 2), m."""
-        return self.corners[:, :2].mean(axis=1), self.corners[:, 2:].mean(axis=1)
-
 
 def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     """Cut the carriageways of all roads and connecting roads into pieces."""
@@ -77,12 +73,16 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     s = (ranks(count) + 0.5) * step
     span = curve_spans(problem, curve, s)
     half, middle = _across(problem, connectors, curve, span)
-    ends = []
-    for shift in (-0.5, 0.5):
-        x, y, hdg = pose(plan, curve, s + shift * step)
-        across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
-        ends += [np.column_stack([x, y]) + (middle + side * half)[:, None] * across for side in (-1.0, 1.0)]
-    corners = np.stack([ends[0], ends[1], ends[3], ends[2]], axis=1)
+    # Pieces end where the next ones begin.
+    border = np.repeat(np.arange(len(length), dtype=np.int64), count + 1)
+    x, y, hdg = pose(plan, border, ranks(count + 1) * (length / count)[border])
+    begin = np.arange(len(curve)) + curve
+    corners = np.empty((len(curve), 4, 2))
+    across, ahead = np.sin(hdg), np.cos(hdg)
+    for k, (at, side) in enumerate(((begin, -1.0), (begin, 1.0), (begin + 1, 1.0), (begin + 1, -1.0))):
+        t = middle + side * half
+        corners[:, k, 0] = x[at] - t * across[at]
+        corners[:, k, 1] = y[at] + t * ahead[at]
     structure, layer = structures_at(problem, curve, s)
     far = curve_spans(problem, curve, s, far=True)
     far_level = level_numbers(problem.span_structure[far], problem.span_layer[far])
@@ -234,7 +234,10 @@ def _overlaps(ways: Carriageways) -> _Pairs:
 def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
     """Return the pairs of pieces of two roads, both on the ground of one layer, whose middles cross."""
     own = np.flatnonzero((ways.structure == Structure.GROUND) & (ways.curve < len(problem.end_junction)))
-    one, other = overlapping_pairs(ways.corners[own], np.ones(len(own), bool), ways.curve[own])
+    # Boxes of middles alone, which are much smaller than those of carriageways.
+    begin, end = _longer_middles(ways, own)
+    boxes = np.minimum(begin, end), np.maximum(begin, end)
+    one, other = overlapping_boxes(*boxes, np.ones(len(own), bool), ways.curve[own])
     a, b = own[one], own[other]
     apart = (ways.curve[a] != ways.curve[b]) & (ways.level[a] == ways.level[b])
     a, b = a[apart], b[apart]
@@ -246,13 +249,15 @@ def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
 
 def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolArray:
     """Return whether the middles of pieces, both (n,), cross each other."""
-    begin, end = ways.middles
-    middles = []
-    for k in (one, other):
-        # A little longer than they are: two may cross where pieces meet.
-        more = _BEYOND * (end[k] - begin[k])
-        middles += [begin[k] - more, end[k] + more]
-    return segments_cross(*middles)
+    return segments_cross(*_longer_middles(ways, one), *_longer_middles(ways, other))
+
+
+def _longer_middles(ways: Carriageways, pieces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return where middles of pieces begin and end, (n, 2), m, a little longer: two may cross where pieces meet."""
+    corners = ways.corners[pieces]
+    begin, end = 0.5 * (corners[:, 0] + corners[:, 1]), 0.5 * (corners[:, 2] + corners[:, 3])
+    more = _BEYOND * (end - begin)
+    return begin - more, end + more
 
 
 def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
@@ -279,8 +284,7 @@ def _on_top_of_each_other(ways: Carriageways, pairs: _Pairs) -> BoolArray:
     from guessed widths alone.
     """
     a, b = pairs.upper, pairs.lower
-    begin, end = ways.middles
-    u, v = ((end - begin)[k] for k in (a, b))
+    u, v = (end - begin for begin, end in (_longer_middles(ways, pieces) for pieces in (a, b)))
     size = np.maximum(np.hypot(*u.T) * np.hypot(*v.T), 1e-9)
     parallel = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / size < PARALLEL_SINE
     on = ways.structure != Structure.GROUND
