@@ -63,8 +63,8 @@ def overlapping_boxes(
         done = int(total[begin - 1]) if begin else 0
         end = max(begin + 1, int(np.searchsorted(total, done + _PAIRS_AT_ONCE)))
         rows = np.arange(begin, end)
-        a = np.repeat(quad[rows], behind[rows])
-        b = quad[runs(rows + 1, behind[rows])]
+        a = np.repeat(quad[rows], behind[rows]).astype(np.int64)
+        b = quad[runs(rows + 1, behind[rows])].astype(np.int64)
         near = (west[a] < east[b]) & (west[b] < east[a]) & (south[a] < north[b]) & (south[b] < north[a])
         a, b = a[near], b[near]
         good = probe[a] | probe[b]
@@ -81,14 +81,17 @@ def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArra
     if not len(good):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     origin = low[good].min(axis=0)
-    a, b = (np.floor((value[good] - origin) / _CELL).astype(np.int64) for value in (low, high))
+    # Half the memory where the cells of the whole area can be counted so.
+    cells = np.prod((high[good].max(axis=0) - origin) / _CELL + 3.0)
+    kind = np.int32 if cells < np.iinfo(np.int32).max else np.int64
+    a, b = (np.floor((value[good] - origin) / _CELL).astype(kind) for value in (low, high))
     wide, count = b[:, 0] - a[:, 0] + 1, (b - a + 1).prod(axis=1)
     sane = count <= _MOST_CELLS
-    good, a, wide, count = good[sane], a[sane], wide[sane], count[sane]
-    stride = int(b[:, 0].max()) + 2
+    good, a, wide, count = good[sane].astype(kind), a[sane], wide[sane], count[sane]
+    stride = kind(b[:, 0].max() + 2)
     del low, high, b, sane
-    of = np.repeat(np.arange(len(good)), count)
-    row, column = np.divmod(ranks(count), wide[of])
+    of = np.repeat(np.arange(len(good), dtype=kind), count)
+    row, column = np.divmod(ranks(count).astype(kind), wide[of])
     row += a[of, 1]
     row *= stride
     column += a[of, 0]

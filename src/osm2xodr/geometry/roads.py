@@ -140,6 +140,7 @@ def build_roads(
             if on_lanes is not None:
                 on_lanes(road_map)
             floor = floor_without(network, plan, every, laid.result(), steep)
+    release_memory()
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, solved.problem, diagnostics)
     covered = ends_at_floor(sides, floor)
