@@ -6,8 +6,11 @@ A map is read once for all areas, in a few passes, and then once for every `_OPE
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.batch.cutting.choice import choose, make_plan
@@ -15,10 +18,12 @@ from osm2xodr.batch.cutting.source import Driven, Source, read_source
 from osm2xodr.batch.cutting.writing import Target, write_targets
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.errors import InputError, SwappedAxesError
-from osm2xodr.osmParsing import open_osm_file
+from osm2xodr.osmParsing import DRIVABLE, open_osm_file
 
 # Files that are open at a time; systems allow a process 256 or more.
 _OPEN_MAX: Final = 200
+# All ways that a car fits on.
+_CARS: Final = Driven()
 
 
 def cut_areas(
@@ -49,9 +54,9 @@ def cut_areas(
     OutputError
         A cut cannot be written.
     """
-    file = open_osm_file(source)
     driven = [Driven(request.ways, request.include_private, request.kept) for request in requests]
-    found = read_source(file, driven, surroundings=any(request.surroundings for request in requests))
+    found = _read(source, driven, surroundings=any(request.surroundings for request in requests))
+    _read_once.cache_clear()
     plan = make_plan(found, context=any(request.context for request in requests))
     counts: dict[str, int] = {}
     group: list[Target] = []
@@ -107,7 +112,26 @@ def bounds_of(source: Path) -> tuple[float, float, float, float]:
     InputError
         The map cannot be read, or there is nothing to drive on.
     """
-    found = read_source(open_osm_file(source), [Driven()], only_driven=True)
-    if not len(found.node_ids):
+    # What is cut out of a map mostly becomes streets by the same tags, so that it need not be read again.
+    found = _read(source, [Driven(DRIVABLE)])
+    nodes = found.row[np.repeat(found.driven[_CARS], np.diff(found.first))]
+    if not len(nodes):
         raise InputError(f"{source} has no way that cars can drive on; check the area that it covers")
-    return projection.bounds_deg(*found.degrees())
+    return projection.bounds_deg(*found.degrees(nodes))
+
+
+def _read(source: Path, driven: Sequence[Driven], *, surroundings: bool = False) -> Source:
+    """Return what `read_source` does of a map, and which ways cars fit on."""
+    try:
+        known = source.stat()
+    except OSError:
+        # Reading says what is wrong.
+        return read_source(open_osm_file(source), driven)
+    stamp = known.st_mtime_ns, known.st_size, known.st_ino
+    return _read_once(source, stamp, tuple(dict.fromkeys([_CARS, *driven])), surroundings)
+
+
+@lru_cache(maxsize=1)
+def _read_once(source: Path, stamp: tuple[int, int, int], driven: tuple[Driven, ...], surroundings: bool) -> Source:
+    """Read a map; `stamp` says when it is another one."""
+    return read_source(open_osm_file(source), driven, surroundings=surroundings)

@@ -159,19 +159,17 @@ def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
     return found
 
 
-def read_source(
-    file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False, surroundings: bool = False
-) -> Source:
+def read_source(file: OsmFile, driven: Iterable[Driven], *, surroundings: bool = False) -> Source:
     """Read the part of a map that conversions use; `driven` are selections of ways that become streets.
 
-    `only_driven` reads only the ways of the first selection, and neither relations nor things; `surroundings` reads
-    what scenes have beside roads as well. Raises `InputError` if the file is damaged or incomplete.
+    `surroundings` reads what scenes have beside roads as well. Raises `InputError` if the file is damaged or
+    incomplete.
     """
     choices = tuple(dict.fromkeys(driven))
     with readable(file):
         outlines = _read_outlines(file) if surroundings else None
-        ways, relations, mixed = _read_ways_and_relations(file, choices, only_driven, outlines)
-        things = np.zeros(0, np.int64) if only_driven else _read_things(file)
+        ways, relations, mixed = _read_ways_and_relations(file, choices, outlines)
+        things = _read_things(file)
         refs = np.array(ways.refs, np.int64)
         ids, lon, lat, node_at, ordered = _read_nodes(file, np.union1d(refs, things))
     first, row = _rows(ids, refs, np.array(ways.lengths, np.int64))
@@ -210,7 +208,7 @@ def _read_outlines(file: OsmFile) -> frozenset[int]:
 
 
 def _read_ways_and_relations(
-    file: OsmFile, choices: Sequence[Driven], only_driven: bool, outlines: AbstractSet[int] | None
+    file: OsmFile, choices: Sequence[Driven], outlines: AbstractSet[int] | None
 ) -> tuple[_Ways, _Relations, bool]:
     """Read ways and relations, and return whether any relation stands before a way as well."""
     ways = _Ways(
@@ -222,20 +220,18 @@ def _read_ways_and_relations(
     for item, read in ways_and_relations_of(file, outlines):
         if item.is_way():
             mixed |= len(relations.ids) > 0
-            _add_way(item, file, ways, only_driven, read, outlines is not None and in_surroundings(item.tags))
-        elif not only_driven:
+            _add_way(item, file, ways, read, outlines is not None and in_surroundings(item.tags))
+        else:
             _add_relation(item, file, relations, read)
     return ways, relations, mixed
 
 
-def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool, read: bool, shown: bool) -> None:
+def _add_way(way: Any, file: OsmFile, out: _Ways, read: bool, shown: bool) -> None:
     tags = {tag.k: tag.v for tag in way.tags} if way.tags.get("highway") in HIGHWAYS else None
     number = way.id
     on = [
         (read and number in choice.kept) or (tags is not None and _is_driven(tags, choice)) for choice in out.driven
     ]
-    if only_driven and not on[0]:
-        return
     out.ids.append(number)
     out.versions.append(way.version)
     out.gone.append(way.deleted or ("way", number) in file.deleted)
