@@ -8,8 +8,8 @@ from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 
-# Places of a block: what is needed on the way to their results, some twenty numbers each, takes 20 MB.
-BLOCK: Final = 1 << 17
+# Places of a block: what is needed on the way to their results, some twenty numbers each, stays in caches of 2 MB.
+BLOCK: Final = 1 << 14
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

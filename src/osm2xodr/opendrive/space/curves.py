@@ -35,9 +35,22 @@ def pose(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False
     return x, y, hdg
 
 
+@in_blocks
 def curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
     """Return the curvature of reference lines at s, 1/m, positive to the left."""
-    return pose_and_curvature(file, road, s, before=before)[3]
+    plan = file.plan_view
+    if not len(plan.s):
+        return np.full(len(s), np.nan)
+    k, without = _records_at(plan, road, s, before=before)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        ds = s - plan.s[k]
+        start, rate = _start_curvature(plan, k)
+        bend = start if rate is None else start + rate * ds
+        bent = np.flatnonzero((plan.shape[k] == Shape.POLY3) | (plan.shape[k] == Shape.PARAM_POLY3))
+        if len(bent):
+            bend[bent] = _polynomial_step(_polynomials(plan), k[bent], ds[bent])[3]
+    bend[plan.shape[k] == Shape.UNKNOWN] = np.nan
+    return _known(bend, without)
 
 
 @in_blocks
@@ -47,23 +60,31 @@ def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before
     if not len(plan.s):
         unknown = np.full(len(s), np.nan)
         return unknown, unknown.copy(), unknown.copy(), unknown.copy()
-    # Roads without records get any, and then NaN.
-    without = np.flatnonzero(plan.start[road + 1] == plan.start[road])
-    if len(without):
-        k = np.zeros(len(s), np.int64)
-        has = np.delete(np.arange(len(s)), without)
-        k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
-    else:
-        k = find_record(plan.start, plan.s, road, s, before=before)
+    k, without = _records_at(plan, road, s, before=before)
     # Damaged records may overflow: then the pose is unknown.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         u, v, turn, bend = _local_pose(plan, k, s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
-    out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
-    for values in out:
-        values[without] = np.nan
-        values[np.flatnonzero(np.isinf(values))] = np.nan
-    return out
+    x, y = plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v
+    return _known(x, without), _known(y, without), _known(plan.hdg[k] + turn, without), _known(bend, without)
+
+
+def _records_at(plan: GeometryTable, road: IntArray, s: FloatArray, *, before: bool) -> tuple[IntArray, IntArray]:
+    """Return the records at s of roads, (n,), and the rows of roads without any, which get one all the same."""
+    without = np.flatnonzero(plan.start[road + 1] == plan.start[road])
+    if not len(without):
+        return find_record(plan.start, plan.s, road, s, before=before), without
+    k = np.zeros(len(s), np.int64)
+    has = np.delete(np.arange(len(s)), without)
+    k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
+    return k, without
+
+
+def _known(values: FloatArray, without: IntArray) -> FloatArray:
+    """Return values with NaN on roads without records and where they are infinite."""
+    values[without] = np.nan
+    values[np.flatnonzero(np.isinf(values))] = np.nan
+    return values
 
 
 def record_lengths(file: OpenDrive) -> FloatArray:
@@ -82,23 +103,31 @@ def record_lengths(file: OpenDrive) -> FloatArray:
 def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
     shape = plan.shape[k]
-    bend, rate = np.zeros(len(k)), None
-    curved = np.flatnonzero((shape == Shape.ARC) | (shape == Shape.SPIRAL))
-    bend[curved] = plan.parameters[k[curved], 0]
-    spiral = curved[shape[curved] == Shape.SPIRAL]
-    if len(spiral):
-        change, length = plan.parameters[k[spiral], 1] - bend[spiral], plan.length[k[spiral]]
-        rate = np.zeros(len(k))
-        rate[spiral] = np.where(length > 0, change / length, 0.0)
+    bend, rate = _start_curvature(plan, k)
     u, v, turn = arc_step(bend, ds, rate)
     if rate is not None:
-        bend[spiral] += rate[spiral] * ds[spiral]
+        bend = bend + rate * ds
     bent = np.flatnonzero((shape == Shape.POLY3) | (shape == Shape.PARAM_POLY3))
     if len(bent):
         u[bent], v[bent], turn[bent], bend[bent] = _polynomial_step(_polynomials(plan), k[bent], ds[bent])
     unknown = shape == Shape.UNKNOWN
     u[unknown] = v[unknown] = turn[unknown] = bend[unknown] = np.nan
     return u, v, turn, bend
+
+
+def _start_curvature(plan: GeometryTable, k: IntArray) -> tuple[FloatArray, FloatArray | None]:
+    """Return the curvature of lines, arcs and spirals at the start of records, (n,), and its rate, if any changes."""
+    shape = plan.shape[k]
+    bend = np.zeros(len(k))
+    curved = np.flatnonzero((shape == Shape.ARC) | (shape == Shape.SPIRAL))
+    bend[curved] = plan.parameters[k[curved], 0]
+    spiral = curved[shape[curved] == Shape.SPIRAL]
+    if not len(spiral):
+        return bend, None
+    change, length = plan.parameters[k[spiral], 1] - bend[spiral], plan.length[k[spiral]]
+    rate = np.zeros(len(k))
+    rate[spiral] = np.where(length > 0, change / length, 0.0)
+    return bend, rate
 
 
 @dataclass(frozen=True, eq=False)

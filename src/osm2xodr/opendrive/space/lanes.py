@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -28,8 +29,13 @@ class LaneRanks:
     rank: IntArray
 
 
+_CACHE: WeakKeyDictionary[OpenDrive, LaneRanks] = WeakKeyDictionary()
+
+
 def lane_ranks(file: OpenDrive) -> LaneRanks:
-    """Count the lanes of every section from the centre outwards."""
+    """Count the lanes of every section from the centre outwards; done once, then remembered."""
+    if file in _CACHE:
+        return _CACHE[file]
     lanes = file.lanes
     sections = len(lanes.start) - 1
     known = lanes.id != ABSENT
@@ -40,7 +46,8 @@ def lane_ranks(file: OpenDrive) -> LaneRanks:
     right, row = left + 1 + centres, np.arange(len(lanes.id))
     rank = np.where(lanes.id > 0, left[lanes.section] - row + 1, row - right[lanes.section] + 1)
     rank[lanes.id == 0], rank[~known] = 0, -1
-    return LaneRanks(left, right, left_count, right_count, rank)
+    found = _CACHE[file] = LaneRanks(left, right, left_count, right_count, rank)
+    return found
 
 
 def lane_borders(
