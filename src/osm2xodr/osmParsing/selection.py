@@ -44,8 +44,9 @@ def read_selected_ways(
     others = OtherWays(
         beside.values,
         beside.keys | {"highway", "area"},
-        lambda tags: _may_be_driven_on(tags) or beside.wanted(tags),
+        beside.wanted,
         frozenset({"highway"}),
+        _may_be_driven_on,
     )
     corrections = options.corrections
     read, relations = read_ways(file, asked, WAY_TAGS, others, corrections.kept_ways())
@@ -57,7 +58,7 @@ def read_selected_ways(
     carried = _carried(found, kept, options, diagnostics)
     corrected.report(corrections, carried, diagnostics)
     _report_others(rest, diagnostics)
-    return carried, [way for way in rest if beside.wanted(way.tags)], relations, found
+    return carried, [way for way in rest if len(way.refs)], relations, found
 
 
 def _may_be_driven_on(tags: Mapping[str, str]) -> bool:

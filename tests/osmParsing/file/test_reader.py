@@ -12,7 +12,15 @@ from osm_builder import document, write_osm
 
 from osm2xodr.errors import InputError
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
-from osm2xodr.osmParsing.file.reader import RawMember, RawWay, count_contents, element_places, read_nodes, read_ways
+from osm2xodr.osmParsing.file.reader import (
+    OtherWays,
+    RawMember,
+    RawWay,
+    count_contents,
+    element_places,
+    read_nodes,
+    read_ways,
+)
 from osm2xodr.projection import make_frame, to_geographic
 
 ROADS = frozenset({"residential", "primary"})
@@ -89,6 +97,32 @@ def test_every_format_holds_the_same(tmp_path: Path, make: Callable[[Path], OsmF
     assert nodes.lon_deg.tolist() == [10.3, 10.1, -10.2]
     assert nodes.lat_deg.tolist() == [-50.3, 50.1, 50.2]
     assert nodes.tags == {-3: {"highway": "stop"}, BIG: {"highway": "crossing", "a": "b"}}
+
+
+def test_other_ways_come_with_their_nodes_or_only_by_their_tags(tmp_path: Path) -> None:
+    elements = [
+        f'<way id="{number}"><nd ref="1"/><nd ref="2"/><tag k="{key}" v="{value}"/><tag k="name" v="A"/></way>'
+        for number, key, value in (
+            (1, "highway", "footway"),
+            (2, "highway", "track"),
+            (3, "highway", "steps"),
+            (4, "barrier", "kerb"),
+            (5, "barrier", "gate"),
+        )
+    ]
+    others = OtherWays(
+        {"barrier": frozenset({"kerb"})},
+        frozenset({"highway", "barrier"}),
+        lambda tags: tags.get("highway") == "footway" or "barrier" in tags,
+        frozenset({"highway"}),
+        lambda tags: tags["highway"] == "track",
+    )
+    ways, _ = read_ways(opened(tmp_path, elements), ROADS, KEYS, others)
+    assert [(way.id, list(way.refs), way.tags) for way in ways] == [
+        (1, [1, 2], {"highway": "footway"}),
+        (2, [], {"highway": "track"}),
+        (4, [1, 2], {"barrier": "kerb"}),
+    ]
 
 
 def test_nodes_are_found_in_any_order_without_negative_ids(tmp_path: Path) -> None:

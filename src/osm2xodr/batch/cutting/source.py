@@ -21,6 +21,7 @@ from osm2xodr.osmParsing import (
     UNITS_PER_DEGREE,
     OsmFile,
     WaySelection,
+    all_tags,
     handle,
     in_surroundings,
     is_thing,
@@ -227,7 +228,7 @@ def _read_ways_and_relations(
 
 
 def _add_way(way: Any, file: OsmFile, out: _Ways, read: bool, shown: bool) -> None:
-    tags = {tag.k: tag.v for tag in way.tags} if way.tags.get("highway") in HIGHWAYS else None
+    tags = dict(all_tags(way)) if way.tags.get("highway") in HIGHWAYS else None
     number = way.id
     on = [
         (read and number in choice.kept) or (tags is not None and _is_driven(tags, choice)) for choice in out.driven
@@ -268,9 +269,7 @@ def _read_things(file: OsmFile) -> IntArray:
     keys, _ = node_keys(True, _EXTRA)
     found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
     found.with_filter(osmium.filter.KeyFilter(*sorted(keys)))
-    return np.array(
-        array("q", (node.id for node in found if is_thing({tag.k: tag.v for tag in node.tags}, _EXTRA))), np.int64
-    )
+    return np.array(array("q", (node.id for node in found if is_thing(dict(all_tags(node)), _EXTRA))), np.int64)
 
 
 def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray, bool]:

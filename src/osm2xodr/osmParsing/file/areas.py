@@ -11,7 +11,7 @@ import osmium
 
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file.file_format import OsmFile
-from osm2xodr.osmParsing.file.reader import RawNodes, handle, readable
+from osm2xodr.osmParsing.file.reader import RawNodes, all_tags, handle, readable
 
 # Type of relations that are areas (OSM wiki, Relation:multipolygon).
 AREA_TYPE: Final = "multipolygon"
@@ -46,7 +46,7 @@ def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawAr
         item: Any
         found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
         for item in found.with_filter(wanted):
-            tags = {tag.k: tag.v for tag in item.tags}
+            tags = dict(all_tags(item))
             if item.is_way():
                 if not item.deleted and ("way", item.id) not in file.deleted:
                     ways[item.id] = [node.ref for node in item.nodes], tags

@@ -11,6 +11,7 @@ from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -79,6 +80,8 @@ class OtherWays:
     keys: AbstractSet[str]  # Keys of the tags to keep of them
     wanted: Callable[[Mapping[str, str]], bool]  # Decides by these tags whether a candidate is kept
     every: AbstractSet[str] = frozenset()  # Keys; ways with one of them are candidates too, whatever its value
+    # Decides likewise which other candidates are kept without their nodes: those that are only spoken of
+    named: Callable[[Mapping[str, str]], bool] = lambda tags: False
 
 
 def read_ways(
@@ -201,9 +204,10 @@ def read_nodes(
     # Positions are collected in C++. Negative ids are not kept.
     with readable(file):
         nodes = osmium.FileProcessor(handle(file), osmium.osm.NODE)
-        is_sorted = nodes.header.get("sorting", "") == "Type_then_ID"
+        header = nodes.header
+        is_sorted = header.get("sorting", "") == "Type_then_ID"
         # A map has three times the size, but keeps the last version of nodes that occur several times.
-        once = is_sorted and not nodes.header.has_multiple_object_versions
+        once = is_sorted and not header.has_multiple_object_versions
         nodes.with_locations("sparse_mem_array" if once else "sparse_mem_map")
         if not len(ids) or ids[0] >= 0:
             only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
@@ -249,7 +253,7 @@ def _tagged(
     kept = keys | more_keys
     for node in nodes:
         number = node.id
-        found = {key: value for key, value in node.tags if key in kept}
+        found = {key: value for key, value in all_tags(node) if key in kept}
         if found and (not more_keys or not keys.isdisjoint(found)):
             tags[number] = found
         if number < 0:
@@ -272,6 +276,13 @@ def handle(file: OsmFile) -> Any:
     return osmium.io.File(os.path.abspath(file.path), file.format)
 
 
+def all_tags(item: Any) -> Iterator[tuple[str, str]]:
+    """Return the keys and values of the tags of one of libosmium's elements."""
+    tags = item.tags
+    # No further than to the last one: the exception that ends libosmium's iterator takes as long as four tags.
+    return islice(tags, len(tags))
+
+
 @contextmanager
 def readable(file: OsmFile) -> Iterator[None]:
     """Turn osmium's exceptions about a file's content into one `InputError`."""
@@ -288,15 +299,20 @@ def readable(file: OsmFile) -> Iterator[None]:
 
 
 def _other_way(item: Any, others: OtherWays) -> RawWay | None:
-    tags = _tags(item, others.keys)
-    if others.every.isdisjoint(tags) and not any(tags.get(key) in values for key, values in others.values.items()):
+    every = item.tags
+    if not any(key in every for key in others.every) and not any(
+        every.get(key) in values for key, values in others.values.items()
+    ):
         return None
-    return RawWay(item.id, _refs(item), tags) if others.wanted(tags) else None
+    tags = _tags(item, others.keys)
+    if others.wanted(tags):
+        return RawWay(item.id, _refs(item), tags)
+    return RawWay(item.id, (), tags) if others.named(tags) else None
 
 
 def _tags(item: Any, keys: AbstractSet[str]) -> dict[str, str]:
     # Sorted: results must not depend on the order of tags in the file.
-    found = {key: value for key, value in item.tags if key in keys}
+    found = {key: value for key, value in all_tags(item) if key in keys}
     return dict(sorted(found.items()))
 
 
@@ -310,4 +326,4 @@ def _relation(item: Any) -> RawRelation:
     members = tuple(
         RawMember(_MEMBER_TYPES.get(member.type, member.type), member.ref, member.role) for member in item.members
     )
-    return RawRelation(item.id, members, {tag.k: tag.v for tag in item.tags})
+    return RawRelation(item.id, members, dict(all_tags(item)))
