@@ -31,6 +31,7 @@ from osm2xodr.osmParsing.network import (
     read_connectivities,
     read_restrictions,
     tags_on_streets,
+    with_default_speeds,
     with_one_flow,
 )
 from osm2xodr.osmParsing.options import ParseOptions
@@ -56,7 +57,6 @@ from osm2xodr.osmParsing.tags import (
     read_node_facts,
     turning_circles,
     way_attributes,
-    with_default_speeds,
     with_speed_zones,
     with_urban_speeds,
     without_margins,

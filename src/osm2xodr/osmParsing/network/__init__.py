@@ -1,13 +1,15 @@
 """From ways to streets and intersections, turn restrictions and lane connectivity.
 
 Ways are cut where streets may meet (`pieces`), joined between intersections (`chains`) and given attributes
-(`streets`); one direction is found where it changes with time (`reversible`); `relations` say how one may drive from
-one to another; `country` finds the country and its driving side.
+(`streets`); one direction is found where it changes with time (`reversible`), a limit where none is given
+(`default_speeds`); `relations` say how one may drive from one to another; `country` finds the country and its driving
+side.
 """
 
 from __future__ import annotations
 
 from osm2xodr.osmParsing.network.country import find_place
+from osm2xodr.osmParsing.network.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.network.pieces import Pieces, cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.reversible import with_one_flow
@@ -24,5 +26,6 @@ __all__ = [
     "read_connectivities",
     "read_restrictions",
     "tags_on_streets",
+    "with_default_speeds",
     "with_one_flow",
 ]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, near_side
-from osm2xodr.osmParsing.tags.built_up import is_town_street
+from osm2xodr.osmParsing.tags.built_up import in_town, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
-from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
-from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
+from osm2xodr.osmParsing.tags.legal_speeds import limit_words, with_urban_speeds
 from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_shoulders, tells_of_sidewalks
+from osm2xodr.osmParsing.tags.neighbours import ends_of_streets, street_of
 from osm2xodr.osmParsing.tags.node_facts import (
     node_heights,
     parse_ele,
@@ -27,14 +27,7 @@ from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
 from osm2xodr.osmParsing.tags.values import Tags, parse_layer, parse_length, parse_speed
-from osm2xodr.osmParsing.tags.ways import (
-    WAY_TAGS,
-    ends_of_streets,
-    street_of,
-    turned_round,
-    way_attributes,
-    without_margins,
-)
+from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
 __all__ = [
     "ACCESS_TAGS",
@@ -53,10 +46,12 @@ __all__ = [
     "Tags",
     "changes_direction",
     "ends_of_streets",
+    "in_town",
     "is_town_street",
     "is_transition",
     "kerb_height",
     "layer_of",
+    "limit_words",
     "near_side",
     "node_heights",
     "oneway",
@@ -77,7 +72,6 @@ __all__ = [
     "turned_round",
     "turning_circles",
     "way_attributes",
-    "with_default_speeds",
     "with_speed_zones",
     "with_urban_speeds",
     "without_margins",

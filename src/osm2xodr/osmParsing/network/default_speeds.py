@@ -14,9 +14,7 @@ from osm2xodr.conventions import KMH, SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import LINK_SPEED_KMH, SERVICE_SPEED_KMH
-from osm2xodr.osmParsing.tags.built_up import in_town
-from osm2xodr.osmParsing.tags.legal_speeds import limit_words
-from osm2xodr.osmParsing.tags.values import Tags
+from osm2xodr.osmParsing.tags import Tags, in_town, limit_words
 
 # Classes by what decides about their limit, besides the place.
 _OWN_LIMIT: Final = {"motorway": "motorway", "living_street": "living_street", "pedestrian": "living_street"}
