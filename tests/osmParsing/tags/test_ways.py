@@ -10,7 +10,7 @@ from lane_notation import notation
 from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import Rule, StreetAttributes, Structure
+from osm2xodr.model import Rule, StreetAttributes, Structure, WayCorrection
 from osm2xodr.osmParsing.file.reader import RawWay
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
@@ -176,3 +176,23 @@ def test_what_needs_no_word(tmp_path: Path, tags: str) -> None:
     ((_, piece),) = network.streets[0].pieces
     assert piece.grade is None
     assert piece.speed_forward == (math.inf if "none" in tags else None)
+
+
+def test_ways_with_the_same_tags_differ_in_id_name_number_and_corrections() -> None:
+    tags = "highway=residential lanes=2 width=6 lane_markings=perhaps"
+    names = ["name=A", "name=B ref=1", "name=A", ""]
+    ways = [RawWay(number, [1, 2], tags_of(f"{tags} {name}")) for number, name in enumerate(names, 5)]
+    corrections = {7: WayCorrection(lane_width={1: 4.0, 2: 3.5}, clearance=5.0)}
+    diagnostics = Diagnostics()
+    found, _ = way_attributes(ways, Rule.RIGHT_HAND, None, diagnostics, corrections=corrections)
+    assert [(item.osm_way_id, item.name, item.ref) for item in found] == [
+        (5, "A", ""),
+        (6, "B", "1"),
+        (7, "A", ""),
+        (8, "", ""),
+    ]
+    widths = [[lane.width for lane in item.lanes_ltr] for item in found]
+    assert widths == [[3.0, 3.0], [3.0, 3.0], [4.0, 3.5], [3.0, 3.0]]
+    assert [item.clearance for item in found] == [None, None, 5.0, None]
+    said = [item.osm_id for item in diagnostics if item.code == "lane-markings"]
+    assert said == ["way/5", "way/6", "way/7", "way/8"]

@@ -56,10 +56,10 @@ def parking_pauses(
 
     `pieces` are those of the ways, `kerbs` those along ways, by index.
     """
-    parked = {street_of(way.tags) for way in ways if not _PARKING.isdisjoint(way.tags)} - {None}
+    streets = [street_of(way.tags) for way in ways]
+    parked = {street for street, way in zip(streets, ways, strict=True) if not _PARKING.isdisjoint(way.tags)} - {None}
     if not parked:
         return {}
-    streets = [street_of(way.tags) for way in ways]
     chosen = [index for index, street in enumerate(streets) if street in parked]
     lengths = pieces.way_lengths(len(ways)).tolist()
     out: dict[int, tuple[float, float]] = {}

@@ -16,8 +16,10 @@ def street_chains(
     `streets` are those of the ways, as `street_of` has them. A street continues at a node where exactly two of its
     ways end.
     """
-    meeting = ends_of_streets(ways, streets)
     among, done = frozenset(chosen), set[int]()
+    wanted = {streets[way] for way in among}
+    streets = [street if street in wanted else None for street in streets]
+    meeting = ends_of_streets(ways, streets)
 
     def following(way: int, along: bool) -> tuple[int, bool] | None:
         street = streets[way]

@@ -92,11 +92,15 @@ def _beyond(
 
     A street continues where exactly one other way of the same street ends; unknown ways are stepped over.
     """
-    if not any(unknown):
-        return
+    # Streets with ways of both kinds; others tell nothing.
+    with_unknown, with_known = (
+        {street for street, is_unknown in zip(streets, unknown, strict=True) if is_unknown is wanted}
+        for wanted in (True, False)
+    )
+    streets = [street if street in with_unknown and street in with_known else None for street in streets]
     meeting = ends_of_streets(ways, streets)
     for index, is_unknown in enumerate(unknown):
-        if is_unknown and len(ways[index].refs):
+        if is_unknown and streets[index] is not None and len(ways[index].refs):
             both = (_first_beyond(index, end, ways, streets, unknown, meeting) for end in (0, -1))
             yield index, [other for other in both if other is not None]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Final
@@ -63,6 +63,7 @@ _NO_FACTS: Final[Mapping[int, StreetFacts]] = MappingProxyType({})
 # No correction of any way.
 _NO_CORRECTIONS: Final[Mapping[int, WayCorrection]] = MappingProxyType({})
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
+_NAMES: Final = frozenset({"name", "ref"})
 
 
 def way_attributes(
@@ -86,49 +87,65 @@ def way_attributes(
     `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. `facts` are
     those of some ways, by index. What is guessed, repaired or ignored goes to the diagnostics.
     """
-    # Most ways of a city share a few cross sections.
-    known: dict[tuple[object, ...], CrossSection] = {}
+    reader = _Reader(rule, default_lane_width, country, default_speeds, diagnostics)
+    # Many ways of a city differ in their names alone.
+    known: dict[tuple[object, ...], _Meaning] = {}
     attributes: list[StreetAttributes] = []
     directions: list[int] = []
-    neighbours = lanes_of_neighbours(ways)
+    lanes = lanes_of_neighbours(ways)
     # A width that the user chose for lanes comes before those of the neighbours.
     street_widths = {} if default_lane_width else widths_of_neighbours(ways, facts)
     for index, way in enumerate(ways):
+        tags, around = way.tags, facts.get(index, NO_FACTS)
+        if index in street_widths:
+            around = replace(around, width=street_widths[index])
+        place = lanes.get(index), way.id in dense, around
+        named_apart = way.id if way.id in corrections else None
+        key = (*place, named_apart, *[item for item in tags.items() if item[0] not in _NAMES])
+        if key not in known:
+            known[key] = reader.read(way, *place, corrections.get(way.id))
+        meaning = known[key]
+        attributes.append(meaning.make(osm_way_id=way.id, name=tags.get("name", ""), ref=tags.get("ref", "")))
+        directions.append(meaning.direction)
+        for kind, code, words in meaning.findings:
+            diagnostics.add(kind, code, f"way/{way.id}", words)
+    return attributes, directions
+
+
+@dataclass(frozen=True, slots=True)
+class _Meaning:
+    """What ways say whose tags differ in their names alone."""
+
+    make: partial[StreetAttributes]  # Makes the attributes of a way from its id, name and number
+    direction: int  # That of traffic, as of `way_attributes`
+    findings: Findings
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the tags of ways; the first arguments of `way_attributes`."""
+
+    rule: Rule
+    default_lane_width: float | None
+    country: Country
+    default_speeds: bool
+    diagnostics: Diagnostics
+    # Most ways of a city share a few cross sections.
+    sections: dict[tuple[object, ...], CrossSection] = field(default_factory=dict)
+
+    def read(
+        self, way: RawWay, lanes: int | None, dense: bool, facts: StreetFacts, correction: WayCorrection | None
+    ) -> _Meaning:
+        """Read a way with the number of `lanes` on the same street, if it has none itself, and what else is known."""
         tags = way.tags
         direction, certain = oneway(tags)
         closed, closing_tag = (closed_direction(tags) if direction == 0 else None) or (0, "")
-        lane_tags = {key: value for key, value in tags.items() if key in _SECTION_TAGS}
-        if index in neighbours:
-            lane_tags["lanes"] = str(neighbours[index])
-        town = is_town_street(tags, way.id in dense)
-        known_of = facts.get(index, NO_FACTS)
-        if index in street_widths:
-            known_of = replace(known_of, width=street_widths[index])
-        key = (tags["highway"], direction, closed, town, known_of, *lane_tags.items())
-        lane_tags["highway"] = tags["highway"]
-        make = partial(
-            cross_section,
-            lane_tags,
-            direction,
-            rule,
-            default_lane_width,
-            closed,
-            country,
-            in_town=town,
-            facts=known_of,
-        )
-        if key not in known:
-            known[key] = make()
-        section = known[key]
-        correction = corrections.get(way.id)
-        if correction is not None and correction.lane_width:
-            section = make(known_widths=correction.lane_width)
-            _report_widths(way.id, known[key], section, correction.lane_width, diagnostics)
+        section = self._section(way, direction, closed, lanes, is_town_street(tags, dense), facts, correction)
         findings = list(section.findings)
         if not certain:
             findings.append(_unknown_oneway(tags, direction))
-        if index in neighbours:
-            words = f"no lanes given, lanes={neighbours[index]} as on the same street on both sides"
+        if lanes is not None:
+            words = f"no lanes given, lanes={lanes} as on the same street on both sides"
             findings.append((Kind.GUESSED, "lane-count", words))
         if closed:
             words = f"{closing_tag} closes one direction to cars, for them it is one-way"
@@ -138,14 +155,43 @@ def way_attributes(
             for item in _CONDITIONAL
             if item in tags
         ]
-        item = _attributes(way, section, direction or -closed, findings)
-        if correction is not None:
-            item = replace(item, clearance=correction.clearance)
-        attributes.append(_with_legal_speed(item, tags, country, findings) if default_speeds else item)
-        directions.append(direction or -closed)
-        for kind, code, words in findings:
-            diagnostics.add(kind, code, f"way/{way.id}", words)
-    return attributes, directions
+        clearance = None if correction is None else correction.clearance
+        make = _attributes(tags, section, direction or -closed, clearance, findings)
+        if self.default_speeds:
+            make = _with_legal_speed(make, tags, self.country, findings)
+        return _Meaning(make, direction or -closed, findings)
+
+    def _section(
+        self,
+        way: RawWay,
+        direction: int,
+        closed: int,
+        lanes: int | None,
+        town: bool,
+        facts: StreetFacts,
+        correction: WayCorrection | None,
+    ) -> CrossSection:
+        """Return the cross section of a way; its corrected widths are reported."""
+        lane_tags = {key: value for key, value in way.tags.items() if key in _SECTION_TAGS}
+        if lanes is not None:
+            lane_tags["lanes"] = str(lanes)
+        highway = way.tags["highway"]
+        key = (highway, direction, closed, town, facts, *lane_tags.items())
+        lane_tags["highway"] = highway
+        make = partial(
+            cross_section,
+            *(lane_tags, direction, self.rule, self.default_lane_width, closed, self.country),
+            in_town=town,
+            facts=facts,
+        )
+        if key not in self.sections:
+            self.sections[key] = make()
+        section = self.sections[key]
+        if correction is None or not correction.lane_width:
+            return section
+        corrected = make(known_widths=correction.lane_width)
+        _report_widths(way.id, section, corrected, correction.lane_width, self.diagnostics)
+        return corrected
 
 
 def _report_widths(
@@ -198,29 +244,18 @@ def _unknown_oneway(tags: Tags, direction: int) -> tuple[Kind, str, str]:
     return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
 
 
-def _with_legal_speed(item: StreetAttributes, tags: Tags, country: Country, findings: Findings) -> StreetAttributes:
-    """Give a way without any limit the one that the law surely sets for it."""
-    if item.speed_forward is not None or item.speed_backward is not None:
-        return item
-    speed = legal_speed(tags, country)
-    if speed is None:
-        return item
-    findings.append((Kind.GUESSED, "speed", speed_guess(speed, country)))
-    return replace(item, speed_forward=speed, speed_backward=speed)
-
-
-def _attributes(way: RawWay, section: CrossSection, direction: int, findings: Findings) -> StreetAttributes:
-    tags = way.tags
+def _attributes(
+    tags: Tags, section: CrossSection, direction: int, clearance: float | None, findings: Findings
+) -> partial[StreetAttributes]:
+    """Return what makes the attributes of ways with these tags from their ids, names and numbers."""
     both = _speed(tags, "maxspeed", findings) if "maxspeed" in tags else _implied_speed(tags)
     forward = _speed(tags, "maxspeed:forward", findings)
     backward = _speed(tags, "maxspeed:backward", findings)
     structure = structure_of(tags)
-    return StreetAttributes(
-        osm_way_id=way.id,
+    return partial(
+        StreetAttributes,
         reversed=False,
         highway=tags["highway"],
-        name=tags.get("name", ""),
-        ref=tags.get("ref", ""),
         lanes_ltr=section.lanes_ltr,
         middle_offset=section.middle_offset,
         speed_forward=both if forward is None else forward,
@@ -241,7 +276,21 @@ def _attributes(way: RawWay, section: CrossSection, direction: int, findings: Fi
         tram=has_tram(tags),
         structure_tags=structure_tags(tags),
         max_height=max_height(tags, findings),
+        clearance=clearance,
     )
+
+
+def _with_legal_speed(
+    make: partial[StreetAttributes], tags: Tags, country: Country, findings: Findings
+) -> partial[StreetAttributes]:
+    """Give ways without any limit the one that the law surely sets for them."""
+    if make.keywords["speed_forward"] is not None or make.keywords["speed_backward"] is not None:
+        return make
+    speed = legal_speed(tags, country)
+    if speed is None:
+        return make
+    findings.append((Kind.GUESSED, "speed", speed_guess(speed, country)))
+    return partial(make, speed_forward=speed, speed_backward=speed)
 
 
 _speed_of = lru_cache(maxsize=1024)(parse_speed)
