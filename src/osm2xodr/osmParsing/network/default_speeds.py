@@ -35,21 +35,19 @@ def with_default_speeds(
     each way that is given a limit.
     """
     said: dict[int, str] = {}
+    # By identity: the pieces of a way share their attributes.
+    guessed: dict[int, StreetAttributes] = {}
     out: list[Street] = []
     for street in streets:
-        known = [_is_known(piece) for _, piece in street.pieces]
-        if all(known):
-            out.append(street)
-            continue
-        pieces = []
-        for (first, piece), has_limit in zip(street.pieces, known, strict=True):
-            guessed = piece
-            if not has_limit:
+        for _, piece in street.pieces:
+            if id(piece) not in guessed and not _is_known(piece):
                 way = piece.osm_way_id
                 speed, said[way] = _guess(piece, tags[way], way in dense, country)
-                guessed = replace(piece, default_speed=speed)
-            pieces.append((first, guessed))
-        out.append(replace(street, pieces=tuple(pieces)))
+                guessed[id(piece)] = replace(piece, default_speed=speed)
+        if any(id(piece) in guessed for _, piece in street.pieces):
+            pieces = tuple((first, guessed.get(id(piece), piece)) for first, piece in street.pieces)
+            street = replace(street, pieces=pieces)
+        out.append(street)
     for way, words in sorted(said.items()):
         diagnostics.guessed("speed", f"way/{way}", words)
     return tuple(out)

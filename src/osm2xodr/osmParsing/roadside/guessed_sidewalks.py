@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -29,7 +30,7 @@ from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH, SIDEWAL
 from osm2xodr.osmParsing.roadside.footway_cuts import join_like_pieces
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT
 from osm2xodr.osmParsing.roadside.reach import LineSamples, StreetSamples, sample_lines, with_pieces
-from osm2xodr.osmParsing.tags import is_town_street, kerb_height, tells_of_sidewalks
+from osm2xodr.osmParsing.tags import LEFT_RIGHT, is_town_street, kerb_height, tells_of_sidewalks
 
 # Lines whose headings differ by at most this run beside each other, degrees; a choice.
 _BESIDE_DEG: Final = 30.0
@@ -177,27 +178,39 @@ def _with_sidewalks(
     streets: tuple[Street, ...], free: BoolArray, tags: Mapping[int, Mapping[str, str]], diagnostics: Diagnostics
 ) -> tuple[Street, ...]:
     """Append sidewalks to the margins of pieces, counted over all streets, where `free` (m, 2) says so."""
-    told: set[int] = set()
+    # By identity and sides: the pieces of a way share their attributes.
+    made: dict[tuple[int, bool, bool], StreetAttributes] = {}
     out: list[Street] = []
-    number = 0
+    every, number = free.tolist(), 0
     for street in streets:
-        rows = free[number : number + len(street.pieces)].tolist()
+        rows = every[number : number + len(street.pieces)]
         number += len(street.pieces)
-        if not any(map(any, rows)):
-            out.append(street)
-            continue
-        pieces = []
-        for (first, piece), sides in zip(street.pieces, rows, strict=True):
-            margins = [piece.margin_left, piece.margin_right]
-            for side in (LEFT, RIGHT):
-                if sides[side]:
-                    name = ("left", "right")[side if not piece.reversed else 1 - side]
-                    kerb = kerb_height(tags[piece.osm_way_id], name, [])
-                    margins[side] = (*margins[side], MarginSpec(LaneType.SIDEWALK, SIDEWALK_WIDTH, height=kerb))
-                    told.add(piece.osm_way_id)
-            pieces.append((first, replace(piece, margin_left=margins[LEFT], margin_right=margins[RIGHT])))
-        out.append(join_like_pieces(replace(street, pieces=tuple(pieces))))
+        if any(left or right for left, right in rows):
+            pieces = []
+            for (first, piece), (left, right) in zip(street.pieces, rows, strict=True):
+                key = id(piece), left, right
+                if key not in made:
+                    made[key] = _with_sidewalk_on(piece, left, right, tags[piece.osm_way_id])
+                pieces.append((first, made[key]))
+            street = join_like_pieces(replace(street, pieces=tuple(pieces)))
+        out.append(street)
     words = f"no sidewalk tagged, one of {SIDEWALK_WIDTH:g} m assumed as streets in towns have them"
-    for way in sorted(told):
+    for way in sorted({made[key].osm_way_id for key in made if any(key[1:])}):
         diagnostics.guessed("sidewalk", f"way/{way}", words)
     return tuple(out)
+
+
+def _with_sidewalk_on(piece: StreetAttributes, left: bool, right: bool, tags: Mapping[str, str]) -> StreetAttributes:
+    """Append sidewalks to the margins of a piece where it gets some; `tags` are those of its way."""
+    margins = [piece.margin_left, piece.margin_right]
+    for side, has_one in ((LEFT, left), (RIGHT, right)):
+        if has_one:
+            name = LEFT_RIGHT[side if not piece.reversed else 1 - side]
+            margins[side] = _and_sidewalk(margins[side], kerb_height(tags, name, []))
+    return replace(piece, margin_left=margins[LEFT], margin_right=margins[RIGHT]) if left or right else piece
+
+
+@lru_cache(maxsize=4096)
+def _and_sidewalk(margin: tuple[MarginSpec, ...], kerb: float) -> tuple[MarginSpec, ...]:
+    """Return a margin with a sidewalk at its outer edge, one tuple for all equal ones; `kerb` is its height, m."""
+    return (*margin, MarginSpec(LaneType.SIDEWALK, SIDEWALK_WIDTH, height=kerb))

@@ -80,13 +80,14 @@ def kerbs_along(
     samples = sample_lines(pieces.points, pieces.count, BESIDE_SPACING)
     piece = owners(starts(pieces.count))[samples.node]
     way = pieces.way[piece]
-    layers = np.array([_layer(item.tags) for item in ways], np.int64)
     told = np.array([item.id not in without and item.tags.get("service") not in _WITHOUT_KERBS for item in ways])
     ends = np.concatenate([lines.start, lines.end, outlines.start, outlines.end])
     near = near_each_other(samples.points, ends, 2.0 * KERB_REACH)[0]
     used = np.flatnonzero(near & told[way] & ~_in_mouths(ways, pieces, samples, piece))
     if not len(used):
         return {}
+    layers, with_kerbs = np.zeros(len(ways), np.int64), np.unique(way[near])
+    layers[with_kerbs] = [_layer(ways[index].tags) for index in with_kerbs.tolist()]
     stations = Stations(samples.points[used], samples.along[used], layers[way[used]])
     left, right = covered_edges(find_crossings(stations, outlines), len(used))
     nearest_left, nearest_right = nearest_edges(find_crossings(stations, lines), len(used))
