@@ -43,13 +43,15 @@ def _project(
     start = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
     px, py, hdg = advance(*start, along, plan.rate[record])
     distance = np.hypot(x[owner] - px, y[owner] - py)
-    # The nearest, of several the first; the rows of a point stand together.
-    first = np.searchsorted(owner, np.arange(len(curve)))
-    least = np.minimum.reduceat(distance, first) if len(owner) else distance
-    rows = np.flatnonzero(distance == least[owner])
-    best = rows[np.searchsorted(owner[rows], np.arange(len(curve)))]
-    t = (y - py[best]) * np.cos(hdg[best]) - (x - px[best]) * np.sin(hdg[best])
-    return s[best], t, distance[best]
+    if len(owner) > len(curve):
+        # The nearest, of several the first; the rows of a point stand together.
+        every = np.arange(len(curve))
+        least = np.minimum.reduceat(distance, np.searchsorted(owner, every))
+        rows = np.flatnonzero(distance == least[owner])
+        best = rows[np.searchsorted(owner[rows], every)]
+        s, px, py, hdg, distance = s[best], px[best], py[best], hdg[best], distance[best]
+    t = (y - py) * np.cos(hdg) - (x - px) * np.sin(hdg)
+    return s, t, distance
 
 
 def _records_near(plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
@@ -84,7 +86,8 @@ def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: Floa
     bent = k != 0
     safe = np.where(bent, k, 1.0)
     # Angle about the arc's centre (0, 1/k), counted along it, wrapped about the arc's middle.
-    angle = np.arctan2(np.sign(safe) * u, np.sign(safe) * (1.0 / safe - v))
+    side = np.sign(safe)
+    angle = np.arctan2(side * u, side * (1.0 / safe - v))
     middle = 0.5 * length * safe
     turn = middle + (angle - middle + np.pi) % (2 * np.pi) - np.pi
     along = np.clip(np.where(bent, turn / safe, u), 0.0, length)

@@ -148,13 +148,32 @@ def _pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
 
 
+def curve_ends(plan: PlanView, curve: IntArray | None = None) -> tuple[_Pose, _Pose]:
+    """Return what `pose` does at the start and at the end of curves, of all if none are named, all (n,)."""
+    curve = np.arange(len(plan.start) - 1) if curve is None else curve
+    first = plan.start[curve]
+    last = np.maximum(plan.start[curve + 1] - 1, first)
+    start = plan.x[last], plan.y[last], plan.hdg[last], plan.curvature[last]
+    end = advance(*start, lengths(plan, curve) - plan.s[last], plan.rate[last])
+    return (plan.x[first], plan.y[first], plan.hdg[first]), end
+
+
+def heading_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
+    """Return the heading at s of curves, (n,), rad: that of `pose`, to the last bit, in less time. Not wrapped."""
+    k = find_record(plan.start, plan.s, curve, s)
+    return _turned(plan, k, s - plan.s[k]) + plan.hdg[k]
+
+
+def _turned(plan: PlanView, record: IntArray, ds: FloatArray) -> FloatArray:
+    """Return by how much records have turned after ds, (n,), rad, in the same steps as `advance`."""
+    half = 0.5 * ds
+    return np.asarray(2.0 * (half * plan.curvature[record] + plan.rate[record] * half * half))
+
+
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
     """Return by how much the heading at the end of curves differs from that at their start, (n,), rad, -pi to pi."""
     first, last = plan.start[curve], plan.start[curve + 1] - 1
-    # In the same steps as `pose`, which finds the same to the last bit.
-    half = 0.5 * (lengths(plan, curve) - plan.s[last])
-    turn = half * plan.curvature[last] + plan.rate[last] * half * half
-    return wrapped(2.0 * turn + plan.hdg[last] - plan.hdg[first])
+    return wrapped(_turned(plan, last, lengths(plan, curve) - plan.s[last]) + plan.hdg[last] - plan.hdg[first])
 
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
@@ -276,7 +295,15 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
 
 def chosen_curves(plan: PlanView, rows: IntArray) -> PlanView:
     """Return the curves of some rows, in their order; the same one may come several times."""
-    return cut_curves(plan, np.zeros(len(rows)), lengths(plan, rows), rows)
+    count = plan.start[rows + 1] - plan.start[rows]
+    k = runs(plan.start[rows], count)
+    s = plan.s[k]
+    # As `cut_curves` finds it.
+    length = s + plan.length[k] - s
+    used = length > _SHORTEST_CUT
+    if not used.all():
+        return cut_curves(plan, np.zeros(len(rows)), lengths(plan, rows), rows)
+    return PlanView(starts(count), s, plan.x[k], plan.y[k], plan.hdg[k], length, plan.curvature[k], plan.rate[k])
 
 
 def replace_curves(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:

@@ -14,6 +14,7 @@ from osm2xodr.curves import (
     close_places,
     cubic_value,
     find_record,
+    heading_at,
     lengths,
     pose,
     profile_of,
@@ -83,7 +84,7 @@ def _without_node(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces
     spans = [curve_spans(problem, road, s) for road, s in _both(found)]
     one, other = ((problem.span_structure[span], problem.span_layer[span]) for span in spans)
     level = (one[0] == Structure.GROUND) & (other[0] == Structure.GROUND) & (one[1] == other[1])
-    hdg, across = (pose(road_map.plan_view, road, s)[2] for road, s in _both(found))
+    hdg, across = (heading_at(road_map.plan_view, road, s) for road, s in _both(found))
     out: BoolArray = plain[found.road] & plain[found.other] & level & (np.abs(np.sin(hdg - across)) > PARALLEL_SINE)
     return out
 

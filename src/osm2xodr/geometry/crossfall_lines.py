@@ -19,6 +19,7 @@ from osm2xodr.curves import (
     cubic_slope,
     cubic_value,
     find_record,
+    heading_change,
     lengths,
     owners,
     pose,
@@ -151,12 +152,8 @@ def _straight_junctions(problem: ProfileProblem, connecting: ConnectingRoads) ->
     fits[connecting.junction] = True
     fits[junction[(junction >= 0) & (one_way_fast_ends(problem) == 0)]] = False
     row = np.flatnonzero(fits[connecting.junction])
-    length = connecting.length[row]
-    plan = chosen_curves(connecting.plan_view, row)
-    every = np.arange(len(row))
-    begin, end = (pose(plan, every, s)[2] for s in (np.zeros(len(row)), length))
     plain = ~(connecting.beside_cars() | connecting.joins_cars)[row]
-    straight = plain & ~connecting.against[row] & (np.abs(wrapped(end - begin)) <= _MOST_TURN)
+    straight = plain & ~connecting.against[row] & (np.abs(heading_change(connecting.plan_view, row)) <= _MOST_TURN)
     fits[connecting.junction[row[~straight]]] = False
     return fits
 

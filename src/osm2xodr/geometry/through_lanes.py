@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.curves import curve_ends, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -102,9 +102,7 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
     Of several it is the one that leads straightest on: lanes that open beside it are farther off.
     """
     plan = connecting.plan_view
-    every = np.arange(len(connecting.length))
-    x0, y0, hdg0 = pose(plan, every, np.zeros(len(every)))
-    x1, y1, hdg1 = pose(plan, every, lengths(plan))
+    (x0, y0, hdg0), (x1, y1, hdg1) = curve_ends(plan)
     turn = wrapped(hdg1 - hdg0)
     hdg = hdg0 + turn / 2
     off = (y1 - y0) * np.cos(hdg) - (x1 - x0) * np.sin(hdg)

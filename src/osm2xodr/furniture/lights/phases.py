@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import heading_at, lengths
 from osm2xodr.furniture.lights.heads import THROUGH, Head, turn_of
 from osm2xodr.furniture.world import Approach, Movement, World, points_beside
 from osm2xodr.model import VEHICLE_LANES, BoolArray, Controller, FloatArray, IntArray
@@ -183,7 +183,7 @@ def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
     curve = np.array([world.lanes.index(item.road) for item in approaches], np.int64)
     at_end = np.array([item.at_end for item in approaches], bool)
     s = np.where(at_end, lengths(world.road_map.plan_view, curve), 0.0)
-    hdg = pose(world.road_map.plan_view, curve, s)[2]
+    hdg = heading_at(world.road_map.plan_view, curve, s)
     out: list[float] = (hdg + np.where(at_end, 0.0, np.pi)).tolist()
     return out
 

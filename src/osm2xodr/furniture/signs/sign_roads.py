@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import CurveFinder, pose
+from osm2xodr.curves import CurveFinder, heading_at
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import LimitsAround, faced_along, seen_heading
 from osm2xodr.furniture.world import World, curves_near, way_at
@@ -70,7 +70,7 @@ def candidates_beside(world: World, things: Sequence[tuple[RoadsideThing, SignPo
     point, curve, s, t, distance = finder.near(x, y, _REACH)
     beyond = np.sqrt(np.maximum(distance**2 - t**2, 0.0))
     order = np.lexsort((curve, distance, point))
-    columns = (point, curve, s, t, pose(plan, curve, s)[2], beyond)
+    columns = (point, curve, s, t, heading_at(plan, curve, s), beyond)
     for thing, road, *place in zip(*(column[order].tolist() for column in columns), strict=True):
         found = _candidate(world, things[thing][1].facing, things[thing][0].points[0].tolist(), road, *place)
         if found is not None:

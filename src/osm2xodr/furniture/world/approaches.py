@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 
 from osm2xodr.conventions import meant_ends
-from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.curves import heading_change
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
 from osm2xodr.model import VEHICLE_LANES, LaneType
@@ -40,10 +40,7 @@ def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
     """Return the ways of cars through junctions, by junction, road and whether they come from its end."""
     road_map = world.road_map
     plan = road_map.plan_view
-    every = np.arange(len(plan.start) - 1)
-    start, end = (pose(plan, every, s)[2] for s in (np.zeros(len(every)), lengths(plan)))
-    # Change of heading along each road, rad
-    turns = wrapped(end - start).tolist()
+    turns = heading_change(plan, np.arange(len(plan.start) - 1)).tolist()
     out: dict[tuple[int, int, bool], list[Movement]] = defaultdict(list)
     for junction in road_map.junctions:
         for connection in junction.connections:

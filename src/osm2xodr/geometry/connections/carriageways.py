@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import (
     chain_curves,
     chosen_curves,
+    curve_ends,
     heading_change,
     lengths,
     pose,
@@ -111,6 +112,8 @@ class Carriageways:
             bound = found if every == 1 else (found[:, :-1] + found[:, 1:] + between) / 2
             out[todo] = bound.max(axis=1) - half[todo]
             todo = todo[(out[todo] > _NO_MATTER) & (found.max(axis=1) - half[todo] <= most[todo])]
+            if not len(todo):
+                break
         return np.maximum(out, longer)
 
     def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
@@ -157,23 +160,25 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         # A lower limit allows more only where a direct curve is sharper than the last one.
         drawing.redraw(least, last)
         last = least
-    return drawing.plan
+    return replace_curves(plan, rows, drawing.turns, np.arange(len(rows))) if drawing.changed else plan
 
 
 class _Drawing:
-    """A plan whose curves that may leave the carriageways, the turns, are drawn again.
+    """Curves of a plan that may leave the carriageways, the turns, are drawn again.
 
     Attributes
     ----------
-    plan
-        The curves of all connecting roads.
+    turns
+        Their curves, (n,).
+    changed
+        Whether any of them has changed.
     off
-        How far the turns leave the carriageways, (n,), m.
+        How far they leave the carriageways, (n,), m.
     """
 
     def __init__(self, plan: PlanView, rows: IntArray, streets: Carriageways) -> None:
         back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
-        self.plan, self.off = plan, streets.beyond(plan, rows, rows)
+        self.turns, self.off, self.changed = chosen_curves(plan, rows), streets.beyond(plan, rows, rows), False
         self._rows, self._streets = rows, streets
         self._number = streets.arms[rows]
         self._radius = smallest_radius(plan)[rows]  # Of the direct curves, m
@@ -212,15 +217,17 @@ class _Drawing:
             return place
         streets, rows, number = self._streets, self._rows[place], self._number[place]
         smallest = np.maximum(self._least, np.minimum(self._radius[place], self._sharpest[place])) - 1e-9
-        drawn = redraw(chosen_curves(self.plan, rows), streets.lanes.chosen(rows), self._outside[place])
+        drawn = redraw(chosen_curves(self.turns, place), streets.lanes.chosen(rows), self._outside[place])
         bad = smallest_radius(drawn) < np.minimum(smallest, enough)
         bad |= (lengths(drawn) > self._longest[place]) | has_kinks(drawn) | detours(drawn)
         good = np.flatnonzero(~_of_same(bad, number))
+        if not len(good):
+            return good
         beyond = streets.beyond(drawn, good, rows[good], most[good])
         kept = ~_of_same(beyond > most[good], number[good])
         good = good[kept]
         if len(good):
-            self.plan = replace_curves(self.plan, rows[good], drawn, good)
+            self.turns, self.changed = replace_curves(self.turns, place[good], drawn, good), True
             self.off[place[good]] = beyond[kept]
         return good
 
@@ -273,14 +280,8 @@ def _turned(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: Float
 
     The innermost one has its radius, (n,), m, and the others turn about its centre.
     """
-    begin, end = _ends(plan)
+    begin, end = curve_ends(plan)
     return connect(*begin, *end, radius=radius + outside, longest=LONGEST_REDRAWN)
-
-
-def _ends(plan: PlanView) -> tuple[Poses, Poses]:
-    """Return the poses at both ends of curves."""
-    every = np.arange(len(plan.start) - 1)
-    return pose(plan, every, np.zeros(len(every))), pose(plan, every, lengths(plan))
 
 
 def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float, float]) -> PlanView:
@@ -297,7 +298,7 @@ def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float
         # The direction in which the place moves as both of those do.
         there, here = share * lanes.length[of], (1 - share) * length
         hdg = np.arctan2(there * np.sin(hdg) + here * np.sin(before), there * np.cos(hdg) + here * np.cos(before))
-    begin, end = _ends(plan)
+    begin, end = curve_ends(plan)
     one, other, first = legs_through(begin, (x, y, hdg), end, count)
     return chain_curves(connect(*one, *other), first)
 

@@ -13,6 +13,7 @@ import numpy as np
 from osm2xodr.curves import (
     blocks,
     chain_curves,
+    curve_ends,
     dubins_without_slivers,
     heading_change,
     lengths,
@@ -200,8 +201,7 @@ def _turned_at_corners(
     chainages = [_between_corners(gaps[number], single) for number in lanes.path.tolist()]
     count = np.array([len(item) for item in chainages], np.int64)
     passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
-    begin = pose(plan, row, np.zeros(len(row)))
-    end = pose(plan, row, lengths(plan, row))
+    begin, end = curve_ends(plan, row)
     here, there, first = legs_through(begin, passed, end, count)
     pieces = connect(*here, *there, radius=TURNING_RADIUS)
     sharp = np.flatnonzero(smallest_radius(pieces) < LEAST_REDRAWN_RADIUS)

@@ -13,6 +13,7 @@ import numpy as np
 from osm2xodr.curves import (
     chain_curves,
     chosen_curves,
+    curve_ends,
     heading_change,
     lengths,
     owners,
@@ -138,11 +139,9 @@ def _too_near(
 
 def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
     """Return half of the distance of both curves of each pair at the arm where it is larger, (pairs,)."""
-    length, zero = lengths(plan), np.zeros(len(pairs.there))
-    out = zero
-    for s, other_s in ((zero, length[pairs.back]), (length[pairs.there], zero)):
-        x, y, _ = pose(plan, pairs.there, s)
-        other_x, other_y, _ = pose(plan, pairs.back, other_s)
+    out = np.zeros(len(pairs.there))
+    there, back = curve_ends(plan, pairs.there), curve_ends(plan, pairs.back)
+    for (x, y, _), (other_x, other_y, _) in zip(there, reversed(back), strict=True):
         out = np.maximum(out, np.hypot(other_x - x, other_y - y) / 2)
     return out
 
@@ -229,17 +228,14 @@ def _ways_back(plan: PlanView, pairs: _Pairs) -> PlanView:
 
 def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
     """Return the ways there and back between the same two arms that have one lane each."""
-    by_arms: dict[tuple[int, int], list[int]] = {}
-    for row, arms in enumerate(zip(entry.tolist(), exit_.tolist(), strict=True)):
-        if not shared[row]:
-            by_arms.setdefault(arms, []).append(row)
-    found = [
-        (rows[0], other[0])
-        for (one, two), rows in by_arms.items()
-        if one < two and len(rows) == 1 and len(other := by_arms.get((two, one), [])) == 1
-    ]
-    there, back = np.array(found, np.int64).reshape(-1, 2).T
-    return _Pairs(there, back)
+    rows, many = np.flatnonzero(~shared), int(max(entry.max(initial=0), exit_.max(initial=0))) + 1
+    arms, first, count = np.unique(entry[rows] * many + exit_[rows], return_index=True, return_counts=True)
+    alone, row = arms[count == 1], rows[first[count == 1]]
+    one, two = alone // many, alone % many
+    at = np.minimum(np.searchsorted(alone, two * many + one), len(alone) - 1)
+    found = np.flatnonzero((one < two) & (alone[at] == two * many + one))
+    found = found[np.argsort(row[found])]
+    return _Pairs(row[found], row[at[found]])
 
 
 def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
@@ -249,11 +245,8 @@ def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> 
 
 def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
     """Return the poses in the middle between the curves of each pair, on the first arm and on the second."""
-    length = lengths(plan)
-    here, there = pairs.there, pairs.back
-    zero = np.zeros(len(here))
-    begin, end = pose(plan, here, zero), pose(plan, here, length[here])
-    other_end, other_begin = pose(plan, there, length[there]), pose(plan, there, zero)
+    begin, end = curve_ends(plan, pairs.there)
+    other_begin, other_end = curve_ends(plan, pairs.back)
     return (
         ((begin[0] + other_end[0]) / 2, (begin[1] + other_end[1]) / 2, begin[2]),
         ((end[0] + other_begin[0]) / 2, (end[1] + other_begin[1]) / 2, end[2]),
@@ -262,22 +255,16 @@ def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
 
 def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> PlanView:
     """Return curves with the ends of those in the rows that run beside the axes, or beside these the other way."""
-    n = len(row)
-    first_s, last_s = np.zeros(n), lengths(plan, row)
+    (x0, y0, h0), (x1, y1, h1) = reversed(curve_ends(plan, row)) if back else curve_ends(plan, row)
     if back:
-        first_s, last_s = last_s, first_s
-    turned = np.pi if back else 0.0
-    x0, y0, h0 = pose(plan, row, first_s)
-    x1, y1, h1 = pose(plan, row, last_s)
-    h0, h1 = h0 + turned, h1 + turned
+        h0, h1 = h0 + np.pi, h1 + np.pi
     total = lengths(axis)
-    ax, ay, _ = pose(axis, np.arange(n), np.zeros(n))
-    bx, by, _ = pose(axis, np.arange(n), total)
+    (ax, ay, _), (bx, by, _) = curve_ends(axis)
     t0 = (y0 - ay) * np.cos(h0) - (x0 - ax) * np.sin(h0)
     t1 = (y1 - by) * np.cos(h1) - (x1 - bx) * np.sin(h1)
     # Where one record of an axis meets the next, its curves pass, too.
     count = np.diff(axis.start) - 1
-    owner = np.repeat(np.arange(n), count)
+    owner = np.repeat(np.arange(len(row)), count)
     inner = np.ones(len(axis.s), bool)
     inner[axis.start[:-1]] = False
     share = axis.s[inner] / total[owner]

@@ -8,6 +8,7 @@ import numpy as np
 
 from osm2xodr.curves import (
     arc_step,
+    curve_ends,
     curves_of,
     dubins_curves,
     lengths,
@@ -148,11 +149,8 @@ def legs_through(begin: Poses, passed: Poses, end: Poses, count: IntArray) -> tu
 
 def detours(plan: PlanView) -> BoolArray:
     """Say which curves are far longer than what they bridge, (curves,)."""
-    curve = np.arange(len(plan.start) - 1)
-    length = lengths(plan)
-    x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
-    x1, y1, _ = pose(plan, curve, length)
-    return length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
+    (x0, y0, _), (x1, y1, _) = curve_ends(plan)
+    return lengths(plan) > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
 
 
 def has_kinks(plan: PlanView) -> BoolArray:

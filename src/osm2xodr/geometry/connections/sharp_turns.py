@@ -8,7 +8,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import dubins_without_slivers, heading_change, lengths, pose, replace_curves, smallest_radius
+from osm2xodr.curves import (
+    curve_ends,
+    dubins_without_slivers,
+    heading_at,
+    heading_change,
+    lengths,
+    pose,
+    replace_curves,
+    smallest_radius,
+)
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, OFF_CARRIAGEWAY, TURNING_RADIUS_ACUTE
@@ -80,7 +89,7 @@ def runs_backwards(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
         (connecting.exit[row], 0, lengths(plan, row)),
     ):
         hdg = end_poses(parts, end)[2] + np.where(end % 2 == inwards, 0.0, np.pi)
-        out[row] |= np.cos(pose(plan, row, s)[2] - hdg) < 0.0
+        out[row] |= np.cos(heading_at(plan, row, s) - hdg) < 0.0
     return out
 
 
@@ -88,7 +97,7 @@ def _wide_curves(
     plan: PlanView, row: IntArray, radius: FloatArray, most_swing: float = MOST_SWING
 ) -> tuple[PlanView, IntArray]:
     """Return the shortest curves of a radius between the ends of some curves, (rows,), and which of them exist."""
-    start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
+    start, end = curve_ends(plan, row)
     wide = dubins_without_slivers(*start, *end, radius=radius, most_swing=most_swing)
     return wide, np.flatnonzero(lengths(wide) > 0)
 

@@ -13,7 +13,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    curve_ends,
     find_record,
+    heading_at,
     heading_change,
     lengths,
     pose,
@@ -233,8 +235,7 @@ def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
 
 def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
     """Fit curves through points along the paths that start and end in the poses of the direct curves."""
-    x0, y0, h0 = pose(direct, row, np.zeros(len(row)))
-    x1, y1, h1 = pose(direct, row, lengths(direct, row))
+    (x0, y0, h0), (x1, y1, h1) = curve_ends(direct, row)
     room = lanes.length - 4 * _STRAIGHT_LEAD
     inside = np.maximum(np.floor(room / _POINT_SPACING).astype(np.int64), 0) + 1
     owner = np.repeat(np.arange(len(row)), inside)
@@ -260,8 +261,8 @@ def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
 def turning(lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
     """Return by how much ways over the streets turn to and fro in all, and from start to end, (n,), rad."""
     paths, streets = lanes.paths, lanes.streets
-    h0 = pose(streets, paths.curve, paths.s_from)[2]
-    h1 = pose(streets, paths.curve, paths.s_to)[2]
+    h0 = heading_at(streets, paths.curve, paths.s_from)
+    h1 = heading_at(streets, paths.curve, paths.s_to)
     against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
     owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
     joint = np.flatnonzero(owner[1:] == owner[:-1])

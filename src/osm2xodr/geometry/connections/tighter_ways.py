@@ -11,9 +11,9 @@ import numpy as np
 
 from osm2xodr.curves import (
     chosen_curves,
+    curve_ends,
     dubins_without_slivers,
     lengths,
-    pose,
     replace_curves,
     smallest_radius,
 )
@@ -52,7 +52,7 @@ def draw_tighter(
     for draw in _TIGHTER:
         if not len(row):
             break
-        start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
+        start, end = curve_ends(plan, row)
         drawn = draw(start, end)
         # Where there is no such curve, its length is 0.
         back = np.zeros(len(row), bool)

@@ -14,12 +14,12 @@ import numpy as np
 from osm2xodr.curves import (
     advance,
     chain_curves,
+    curve_ends,
     curves_of,
     dubins_without_slivers,
     heading_change,
     lengths,
     owners,
-    pose,
     record_turns,
     replace_curves,
     smallest_radius,
@@ -69,7 +69,7 @@ def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: I
     row = row[~follows | (smallest_radius(plan)[row] < LEAST_REDRAWN_RADIUS)]
     if not len(row):
         return plan
-    begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan, row))
+    begin, end = curve_ends(plan, row)
     turned = turned_back(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
     found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
     return replace_curves(plan, row[found], turned, found)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.curves import heading_at, lengths, wrapped
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import FloatArray, IntArray, PlanView
@@ -46,6 +46,6 @@ def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatA
     """
     length = lengths(plan, curve)
     begin, end = (np.clip(s + side * WHEELBASE, 0.0, length) for side in (-0.5, 0.5))
-    turn = wrapped(pose(plan, curve, end)[2] - pose(plan, curve, begin)[2])
+    turn = wrapped(heading_at(plan, curve, end) - heading_at(plan, curve, begin))
     curvature = np.abs(turn) / np.maximum(end - begin, _SHORTEST)
     return np.minimum(posted, np.sqrt(defaults.LATERAL_ACCELERATION / np.maximum(curvature, _STRAIGHT)))

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
+from osm2xodr.curves import curve_ends, cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
@@ -174,8 +174,7 @@ def _middles(
 
 def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
     """Say which curves end where they start, and in the same direction; a line to and fro does not."""
-    x0, y0, hdg0 = pose(plan, curve, np.zeros(len(curve)))
-    x1, y1, hdg1 = pose(plan, curve, length[curve])
+    (x0, y0, hdg0), (x1, y1, hdg1) = curve_ends(plan, curve)
     return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 

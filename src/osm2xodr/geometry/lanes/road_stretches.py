@@ -64,6 +64,8 @@ def stretches(
     if not found:
         _, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
         return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
+    if len(found) == 1:
+        return found
     return _with_room(
         _without_stubs(_without_short(_grown_at_ends(found)), rule),
         rule,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, pose, ranks
-from osm2xodr.geometry.connections import ConnectingRoads, connect, legs_through
+from osm2xodr.curves import chain_curves, curve_ends, pose, ranks, starts
+from osm2xodr.geometry.connections import ConnectingRoads, Poses, connect, legs_through
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView, Rule
 
@@ -34,66 +36,71 @@ def swung_out(rows: ConnectingRoads, cars: ConnectingRoads, rule: Rule) -> tuple
     """
     # Away from the carriageway: with right-hand traffic it lies left of the sidewalk's direction.
     outwards = -1.0 if rule is Rule.RIGHT_HAND else 1.0
-    found: list[int] = []
-    ways: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-    for row in range(len(rows.length)):
-        lanes = np.flatnonzero(cars.junction == rows.junction[row])
-        out = _room_needed(rows, row, cars, lanes, outwards)
-        if out is None:
-            continue
-        found.append(row)
-        ways.append(_places(rows, row, out, outwards))
-    chosen = np.array(found, np.int64)
-    plan, length = rows.plan_view, rows.length[chosen]
-    begin, end = pose(plan, chosen, np.zeros(len(chosen))), pose(plan, chosen, length)
-    if not found:
-        return chosen, plan
-    through = tuple(np.concatenate(column) for column in zip(*ways, strict=True))
-    one, other, first = legs_through(
-        begin, (through[0], through[1], through[2]), end, np.array([len(x) for x, *_ in ways])
-    )
+    room = _room_needed(rows, cars, outwards)
+    chosen = np.array([row for row, out in enumerate(room) if out is not None], np.int64)
+    if not len(chosen):
+        return chosen, rows.plan_view
+    passed, count = _places(rows, chosen, [out for out in room if out is not None], outwards)
+    begin, end = curve_ends(rows.plan_view, chosen)
+    one, other, first = legs_through(begin, passed, end, count)
     return chosen, chain_curves(connect(*one, *other), first)
 
 
-def _room_needed(
-    rows: ConnectingRoads, row: int, cars: ConnectingRoads, lanes: IntArray, outwards: float
-) -> FloatArray | None:
-    """Return how far out a sidewalk is clear of lanes at `_SHARES` of its way, m; None where it is so, or nowhere."""
-    half = max(rows.entry_width[row], rows.exit_width[row]) / 2
-    x, y, hdg = pose(rows.plan_view, np.full(len(_SHARES), row), rows.length[row] * _SHARES)
+def _room_needed(rows: ConnectingRoads, cars: ConnectingRoads, outwards: float) -> list[FloatArray | None]:
+    """Return how far out each sidewalk is clear of lanes at `_SHARES` of its way, m; None if it is so, or nowhere."""
+    at = rows.length[:, None] * _SHARES
+    places = pose(rows.plan_view, np.repeat(np.arange(len(at)), len(_SHARES)), at.ravel())
+    x, y, hdg = (np.reshape(column, at.shape) for column in places)
+    half = np.maximum(rows.entry_width, rows.exit_width) / 2
+    half -= np.minimum(defaults.CORNER_ONTO_LANE, half / 2)
+    # Places on the lanes of these junctions, one junction after the other.
+    lanes = np.flatnonzero(np.isin(cars.junction, rows.junction))
+    lanes = lanes[np.argsort(cars.junction[lanes], kind="stable")]
     count = (cars.length[lanes] / _SPACING).astype(np.int64) + 2
     of, share = np.repeat(lanes, count), ranks(count) / np.repeat(count - 1, count)
     cx, cy, _ = pose(cars.plan_view, of, share * cars.length[of])
-    reach = half - min(defaults.CORNER_ONTO_LANE, half / 2) + np.minimum(cars.entry_width, cars.exit_width)[of] / 2
+    wide = np.minimum(cars.entry_width, cars.exit_width)[of] / 2
+    first, last = (np.searchsorted(cars.junction[of], rows.junction, side).tolist() for side in ("left", "right"))
+    out = []
+    for row, near in enumerate(map(slice, first, last)):
+        dx, dy = cx[near] - x[row, :, None], cy[near] - y[row, :, None]
+        sin, cos = np.sin(hdg[row])[:, None], np.cos(hdg[row])[:, None]
+        middle, along = outwards * (dy * cos - dx * sin), dx * cos + dy * sin
+        out.append(_beyond_lanes(middle, along, half[row] + wide[near], at[row]))
+    return out
+
+
+def _beyond_lanes(middle: FloatArray, along: FloatArray, reach: FloatArray, s: FloatArray) -> FloatArray | None:
+    """Return how far out from places s along a sidewalk, (m,), it is clear of lanes, m; None if it is so, or nowhere.
+
+    Places on lanes, as seen from there, are `middle` outwards and `along` the sidewalk, (m, n), and keep it off by
+    `reach`, (n,), m.
+    """
     # Each place on a lane covers so much of the lines that lead outwards from the sidewalk.
-    dx, dy = cx - x[:, None], cy - y[:, None]
-    sin, cos = np.sin(hdg)[:, None], np.cos(hdg)[:, None]
-    middle, along = outwards * (dy * cos - dx * sin), dx * cos + dy * sin
     depth = np.sqrt(np.maximum(reach**2 - along**2, 0.0))
     begin, end = middle - depth, np.where(depth > 0.0, middle + depth, -np.inf)
-    need = np.zeros(len(x))
+    need = np.zeros(len(s))
     for _ in range(_MOST_BEHIND):
         need = np.where(begin <= need[:, None], end, 0.0).max(axis=1, initial=0.0).clip(need)
     if not need.any() or need.max() > _FARTHEST:
         return None
     need[need > 0.0] += _SLACK
-    s = rows.length[row] * _SHARES
     return np.asarray((need[None, :] - _SLOPE * np.abs(s[:, None] - s[None, :])).max(axis=1).clip(0.0))
 
 
 def _places(
-    rows: ConnectingRoads, row: int, out: FloatArray, outwards: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return poses that far beside a sidewalk's curve, `out` at `_SHARES` of it, m."""
-    length = float(rows.length[row])
-    many = int(np.clip(length / _LEG, 1, _MOST_LEGS))
-    s = (np.arange(many) + 0.5) * length / many
-    step = length / (4 * many)
-    known = np.concatenate([[0.0], _SHARES * length, [length]])
-    there = []
-    for at in (s - step, s, s + step):
-        x, y, hdg = pose(rows.plan_view, np.full(many, row), at)
-        t = outwards * np.interp(at, known, np.concatenate([[0.0], out, [0.0]]))
-        there.append((x - t * np.sin(hdg), y + t * np.cos(hdg)))
-    (x0, y0), (x, y), (x1, y1) = there
-    return x, y, np.arctan2(y1 - y0, x1 - x0)
+    rows: ConnectingRoads, chosen: IntArray, out: Sequence[FloatArray], outwards: float
+) -> tuple[Poses, IntArray]:
+    """Return poses that far beside some sidewalks' curves, `out` at `_SHARES` of each, m, and how many on each."""
+    length = rows.length[chosen]
+    many = np.clip(length / _LEG, 1, _MOST_LEGS).astype(np.int64)
+    of = np.repeat(np.arange(len(chosen)), many)
+    s, step = (ranks(many) + 0.5) * length[of] / many[of], (length / (4 * many))[of]
+    at, t = np.stack([s - step, s, s + step]), np.empty((3, len(of)))
+    for k, (first, last) in enumerate(pairwise(starts(many).tolist())):
+        known = np.concatenate([[0.0], _SHARES * length[k], [length[k]]])
+        t[:, first:last] = outwards * np.interp(at[:, first:last], known, np.concatenate([[0.0], out[k], [0.0]]))
+    places = pose(rows.plan_view, np.tile(chosen[of], 3), at.ravel())
+    x, y, hdg = (np.reshape(column, at.shape) for column in places)
+    x, y = x - t * np.sin(hdg), y + t * np.cos(hdg)
+    return (x[1], y[1], np.arctan2(y[2] - y[0], x[2] - x[0])), many

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, smooth_step
+from osm2xodr.curves import heading_at, pose, project, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -150,7 +150,7 @@ class _Kerbs:
         """Return how far from the end, and how far beyond the kerb, places lie, m, and the heading there, (n, m)."""
         road, out = np.repeat(self.end // 2, x.shape[1]), (self.end % 2 == 1)[:, None]
         s, t, distance = (item.reshape(x.shape) for item in project(self.parts.plan_view, road, x.ravel(), y.ravel()))
-        hdg = pose(self.parts.plan_view, road, s.ravel())[2].reshape(x.shape)
+        hdg = heading_at(self.parts.plan_view, road, s.ravel()).reshape(x.shape)
         u = np.where(out, self.parts.length[self.end // 2][:, None] - s, s)
         # Nothing lies beside a road beyond its other end; beyond this one it goes on straight.
         far = (distance > np.abs(t) + defaults.SAME_PLACE) & (u > 0.0)

@@ -10,12 +10,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    curve_ends,
     cut_curves,
     dubins_without_slivers,
     end_curvature,
     lengths,
     owners,
-    pose,
     record_ends,
     record_turns,
     replace_curves,
@@ -286,14 +286,13 @@ def _passable(
     swing: float = defaults.CORNER_SWING,
 ) -> BoolArray:
     """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
-    plan, every = rows.plan_view, np.arange(len(rows.length))
-    x0, y0, _ = pose(plan, every, np.zeros(len(every)))
-    x1, y1, _ = pose(plan, every, rows.length)
+    plan = rows.plan_view
+    (x0, y0, _), (x1, y1, _) = curve_ends(plan)
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= ~_folds(rows)
     # Turns back and forth, beyond the turn that the curve makes.
     owner, turn = owners(plan.start), record_turns(plan)
-    whole, net = (np.bincount(owner, item, len(every)).astype(np.float64) for item in (np.abs(turn), turn))
+    whole, net = (np.bincount(owner, item, len(own)).astype(np.float64) for item in (np.abs(turn), turn))
     good &= whole - np.abs(wrapped(net)) <= swing
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.curves import pose, project
+from osm2xodr.curves import heading_at, project
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
@@ -117,21 +117,22 @@ def meet(
     """
     out, met = reach.copy(), np.zeros(len(reach), bool)
     rows = np.flatnonzero(other >= 0)
-    k, road, sign = section[rows], other[rows], side[rows]
-    edge = sections.edge(sign, k)
     for _ in range(_ROUNDS):
-        t = edge + sign * out[rows]
+        k, road, sign = section[rows], other[rows], side[rows]
+        t = sections.edge(sign, k) + sign * out[rows]
         x, y = sections.x[k] + t * sections.nx[k], sections.y[k] + t * sections.ny[k]
         s, aside, distance = project(roads.plan_view, road, x, y)
         left, right = edges.at(road, s)
         beyond_left = aside > (left + right) / 2
         outside = np.where(beyond_left, aside - left, right - aside)
-        hdg = pose(roads.plan_view, road, s)[2]
+        hdg = heading_at(roads.plan_view, road, s)
         # How much nearer to that edge a step along the ray gets.
         nearer = sign * (sections.ny[k] * np.cos(hdg) - sections.nx[k] * np.sin(hdg))
         nearer = np.where(beyond_left, -nearer, nearer)
         good = (np.abs(distance - np.abs(aside)) < _ABREAST) & (nearer > _LEAST_SINE)
-        out[rows[good]] += (outside / np.where(good, nearer, 1.0))[good]
         met[rows] = good
+        # The others stay where they are.
+        rows = rows[good]
+        out[rows] += outside[good] / nearer[good]
     low, high = reach - 3 * defaults.GAP_CELL, reach + 2 * defaults.GAP_CELL
     return np.asarray(np.clip(out, np.maximum(low, 0.0), high)), met & (out <= high)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths, pose, running_lengths, starts, sum_before
+from osm2xodr.curves import find_record, heading_at, lengths, pose, running_lengths, starts, sum_before
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
@@ -65,7 +65,7 @@ def street_ends(
     length = np.repeat(lengths(plan), 2)
     end = np.arange(2 * len(streets))
     at_end = end % 2 == 1
-    hdg = pose(plan, end // 2, np.where(at_end, length, 0.0))[2] + np.where(at_end, np.pi, 0.0)
+    hdg = heading_at(plan, end // 2, np.where(at_end, length, 0.0)) + np.where(at_end, np.pi, 0.0)
     attributes = [piece[1] for street in streets for piece in (street.pieces[0], street.pieces[-1])]
     left_edge = np.array([section.left_edge for pair in sections for section in pair])
     right_edge = np.array([section.right_edge for pair in sections for section in pair])
