@@ -161,9 +161,12 @@ def report_lane_changes(network: StreetNetwork, parts: RoadParts, diagnostics: D
 
 def _taken_over(parts: RoadParts, road: int) -> list[int]:
     """Return the ways whose number of lanes a road does not have anywhere along them, if they are no bits of it."""
-    pieces, begin, end = parts.pieces[parts.street[road]], float(parts.begin[road]), float(parts.end[road])
+    pieces = parts.pieces[parts.street[road]]
     out: list[int] = []
-    for k, (s, attributes, section) in enumerate(pieces if len(pieces) > 1 else ()):
+    if len(pieces) == 1:
+        return out
+    begin, end = float(parts.begin[road]), float(parts.end[road])
+    for k, (s, attributes, section) in enumerate(pieces):
         lower = max(s if k else begin, begin)
         upper = min(pieces[k + 1][0] if k + 1 < len(pieces) else end, end)
         there = [item for item in parts.stretches[road] if item.start < upper - begin and item.end > lower - begin]

@@ -105,9 +105,10 @@ class StreetAttributes:
 
     def speed_along(self, direction: Direction) -> float | None:
         """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""
-        both = self.speed_forward, self.speed_backward
-        known = {Direction.FORWARD: both[:1], Direction.BACKWARD: both[1:]}.get(direction, both)
-        return next((speed for speed in known if speed is not None), self.default_speed)
+        known = None if direction is Direction.BACKWARD else self.speed_forward
+        if known is None and direction is not Direction.FORWARD:
+            known = self.speed_backward
+        return self.default_speed if known is None else known
 
     @property
     def road(self) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from osm2xodr.curves import cut_curves, lengths, runs, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
-from osm2xodr.geometry.connections.lane_links import LaneLinks
+from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
@@ -160,26 +160,43 @@ _TUPLES = ("lane_type", "access", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
-def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) -> FloatArray:
+@dataclass(frozen=True, slots=True, eq=False)
+class _LinkColumns:
+    """Lane links, as columns, (n,); see `LaneRow` and `ConnectingRoads`."""
+
+    entry: IntArray
+    exit: IntArray
+    entry_t: FloatArray
+    exit_t: FloatArray
+    entry_width: FloatArray
+    exit_width: FloatArray
+    joins_cars: BoolArray
+    exit_aside: FloatArray
+
+    @classmethod
+    def of(cls, rows: tuple[LaneRow, ...]) -> _LinkColumns:
+        """Return the columns of lane links. Bicycles that join cars keep to the edge of their lane."""
+        entry, exit_ = np.array([(row.entry, row.exit) for row in rows], np.int64).reshape(-1, 2).T
+        ins, outs = [row.lane_in for row in rows], [row.lane_out for row in rows]
+        entry_t, t = np.array([lane.t for lane in ins]), np.array([lane.t for lane in outs])
+        entry_width, exit_width = (np.array([lane.spec.width for lane in lanes]) for lanes in (ins, outs))
+        joins_cars = np.array([row.joins_cars() for row in rows], bool)
+        aside = np.where(joins_cars, np.maximum(exit_width - entry_width, 0.0), 0.0) / 2
+        aside = np.where(np.array([row.at_left for row in rows], bool), -aside, aside)
+        exit_t = t + np.where(exit_ % 2, aside, -aside)
+        return cls(entry, exit_, entry_t, exit_t, entry_width, exit_width, joins_cars, aside)
+
+
+def _largest_radii(links: _LinkColumns, turn: FloatArray, street_ends: IntArray, ends: StreetEnds) -> FloatArray:
     """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m.
 
-    `street_ends` (n, 2) are those that the links lead from and to. There is no corner on the ring of a roundabout.
+    `turn` (n,) are their changes of heading, rad, and `street_ends` (n, 2) those that they lead from and to. There is
+    no corner on the ring of a roundabout.
     """
-    rows = links.rows
-    road_in = np.array([row.entry for row in rows], np.int64)
-    road_out = np.array([row.exit for row in rows], np.int64)
-    out_of, into = np.where(road_in % 2, 1.0, -1.0), np.where(road_out % 2, -1.0, 1.0)
-    hdg_in = links.hdg[road_in] + np.where(out_of < 0, np.pi, 0.0)
-    hdg_out = links.hdg[road_out] + np.where(into < 0, np.pi, 0.0)
-    largest = turning_radii(
-        ends,
-        street_ends[:, 0],
-        street_ends[:, 1],
-        -out_of * [row.lane_in.t for row in rows],
-        into * [row.exit_t() for row in rows],
-        np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
-        wrapped(hdg_out - hdg_in),
-    )[1]
+    out_of, into = np.where(links.entry % 2, 1.0, -1.0), np.where(links.exit % 2, -1.0, 1.0)
+    width = np.minimum(links.entry_width, links.exit_width)
+    t_in, t_out = -out_of * links.entry_t, into * links.exit_t
+    largest = turning_radii(ends, street_ends[:, 0], street_ends[:, 1], t_in, t_out, width, turn)[1]
     return np.where(ends.roundabout[street_ends].all(axis=1), np.inf, largest)
 
 
@@ -197,23 +214,21 @@ def build_connecting_roads(
     `outer_lanes` returns, for a street and whether it is driven along, t of the middles of its outermost lanes, right
     and left in the direction of travel, m.
     """
-    rows = links.rows
-    entry = np.array([row.entry for row in rows], np.int64)
-    exit_ = np.array([row.exit for row in rows], np.int64)
-    entry_t = np.array([row.lane_in.t for row in rows])
-    exit_t = np.array([row.exit_t() for row in rows])
+    rows, columns = links.rows, _LinkColumns.of(links.rows)
+    entry, exit_, entry_t, exit_t = columns.entry, columns.exit, columns.entry_t, columns.exit_t
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
+    hdg_in, hdg_out = hdg0 + np.where(entry % 2 == 1, 0.0, np.pi), hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi)
     used, movement = np.unique(np.array([row.movement for row in rows], np.int64), return_inverse=True)
     movements = [movements[k] for k in used.tolist()]
     street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = connect(
         links.x[entry] - entry_t * np.sin(hdg0),
         links.y[entry] + entry_t * np.cos(hdg0),
-        hdg0 + np.where(entry % 2 == 1, 0.0, np.pi),
+        hdg_in,
         links.x[exit_] - exit_t * np.sin(hdg1),
         links.y[exit_] + exit_t * np.cos(hdg1),
-        hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi),
-        radius=_largest_radii(links, street_ends, ends),
+        hdg_out,
+        radius=_largest_radii(columns, wrapped(hdg_out - hdg_in), street_ends, ends),
     )
     lanes = lane_paths(
         lay_out_paths(movements, ends, trim, outer_lanes),
@@ -224,7 +239,7 @@ def build_connecting_roads(
     )
     streets = carriageways(lanes, ends, street_ends[:, 0], street_ends[:, 1])
     plan = keep_to_carriageways(plan, streets)
-    width = np.array([(row.lane_in.spec.width + row.lane_out.spec.width) / 2 for row in rows])
+    width = (columns.entry_width + columns.exit_width) / 2
     shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
     plan = draw_side_by_side(plan, entry, exit_, width, shared, streets)
     plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
@@ -243,12 +258,12 @@ def build_connecting_roads(
         exit_lane=np.array([row.lane_out.id for row in rows], np.int64),
         entry_t=entry_t,
         exit_t=exit_t,
-        entry_width=np.array([row.lane_in.spec.width for row in rows]),
-        exit_width=np.array([row.lane_out.spec.width for row in rows]),
+        entry_width=columns.entry_width,
+        exit_width=columns.exit_width,
         against=np.array([row.against for row in rows], bool),
-        joins_cars=np.array([row.joins_cars() for row in rows], bool),
+        joins_cars=columns.joins_cars,
         entry_aside=np.zeros(len(rows)),
-        exit_aside=np.array([row.aside() for row in rows]),
+        exit_aside=columns.exit_aside,
         height=np.zeros(len(rows)),
         lane_type=tuple(row.lane_type() for row in rows),
         access=tuple(row.access() for row in rows),

@@ -56,18 +56,6 @@ class LaneRow:
         """Return whether bicycles leave their lane for one of cars."""
         return self.lane_in.spec.type is LaneType.BIKING and self.lane_out.spec.type is not LaneType.BIKING
 
-    def aside(self) -> float:
-        """Return how far left of the way's end, in its direction, the middle of the lane lies that it leads to, m.
-
-        Bicycles that join cars keep to the edge of their lane.
-        """
-        wider = max(self.lane_out.spec.width - self.lane_in.spec.width, 0.0) if self.joins_cars() else 0.0
-        return -wider / 2 if self.at_left else wider / 2
-
-    def exit_t(self) -> float:
-        """Return where it leads to, t on the road there, m."""
-        return self.lane_out.t + (self.aside() if self.exit % 2 else -self.aside())
-
     def access(self) -> Access:
         """Return which cars may drive on the lane that connects the two: all who may on one of them."""
         one, other = self.lane_in.spec.access, self.lane_out.spec.access
@@ -200,10 +188,14 @@ def _junction_rows(
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     against_cars: list[LaneRow] = []
+    ins = {end: arms.lanes(end, end % 2 == 1, 1.0) for end in {view.entry[number] for number in group}}
+    outs = {
+        end: arms.lanes(end, end % 2 == 0, -1.0 if end % 2 else 1.0)
+        for end in {view.exit[number] for number in group}
+    }
     for number in group:
         entry, exit_ = view.entry[number], view.exit[number]
-        into, entry_lanes = arms.lanes(entry, entry % 2 == 1, 1.0)
-        out, exit_lanes = arms.lanes(exit_, exit_ % 2 == 0, -1.0 if exit_ % 2 else 1.0)
+        (into, entry_lanes), (out, exit_lanes) = ins[entry], outs[exit_]
         if kind := movements[number].apart:
             pairs = lead_on_against_cars(entry_lanes.specs, exit_lanes.specs, kind, rule is Rule.LEFT_HAND)
             against_cars += [

@@ -152,8 +152,10 @@ def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
 
 def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: RoadParts) -> BoolArray:
     """Say which curves run onto none of the roads that end at their junction, (curves,)."""
+    end_junction = parts.end_junction.ravel()
+    here = np.flatnonzero(np.isin(end_junction, junction))
     ends_at: dict[int, list[int]] = {}
-    for end, number in enumerate(parts.end_junction.ravel().tolist()):
+    for end, number in zip(here.tolist(), end_junction[here].tolist(), strict=True):
         ends_at.setdefault(number, []).append(end)
     near = [ends_at[number] for number in junction.tolist()]
     arms = _places_on_arms(sorted({end for ends in near for end in ends}), parts)

@@ -64,8 +64,7 @@ class Rays:
 def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays:
     """Return the rays that meet a gap next to the edge where they begin; `junction` is that of each section, (n,)."""
     step = RAY_STEP
-    holed = np.zeros(len(grids.wide), bool)
-    holed[np.searchsorted(grids.start, np.flatnonzero(grids.gap), side="right") - 1] = True
+    holed = np.maximum.reduceat(grids.gap, grids.start[:-1]) > 0
     near = np.flatnonzero(holed[junction])
     steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
     found: list[tuple[Any, ...]] = []

@@ -108,10 +108,11 @@ def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbrea
     bent = np.flatnonzero(
         ~parallel & (sine < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
     )
-    bent = bent[~_near_shared_node(network, spaced.chosen(one[bent]), spaced.chosen(other[bent]))]
+    nodes = _StreetNodes.of(network)
+    bent = bent[~nodes.shared_near(spaced.chosen(one[bent]), spaced.chosen(other[bent]))]
     nearest = _nearest_places(plan, length, spaced.chosen(one[bent]), spaced.chosen(other[bent]))
     found = [
-        _abreast(network, p, q, slack)
+        _abreast(nodes, p, q, slack)
         for a, b, slack in (
             (spaced.chosen(one[parallel]), spaced.chosen(other[parallel]), 0.5 * PARALLEL_SPACING),
             (*nearest, _BEND_SPACING),
@@ -216,7 +217,7 @@ def _nearest_places(plan: PlanView, length: FloatArray, a: _Places, b: _Places) 
     return p.chosen(parallel), q.chosen(parallel)
 
 
-def _abreast(network: StreetNetwork, a: _Places, b: _Places, slack: float) -> PlacesAbreast:
+def _abreast(nodes: _StreetNodes, a: _Places, b: _Places, slack: float) -> PlacesAbreast:
     """Return which of places a lie beside places b of other streets, both (n,), and are no arms of one junction.
 
     Places are abreast if one is at most `slack` ahead of the other, m.
@@ -224,20 +225,33 @@ def _abreast(network: StreetNetwork, a: _Places, b: _Places, slack: float) -> Pl
     dx, dy = b.x - a.x, b.y - a.y
     ahead = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
     left = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
-    rows = np.flatnonzero((np.abs(ahead) <= slack + _ABREAST_SLACK) & ~_near_shared_node(network, a, b))
+    rows = np.flatnonzero((np.abs(ahead) <= slack + _ABREAST_SLACK) & ~nodes.shared_near(a, b))
     a, b = a.chosen(rows), b.chosen(rows)
     return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], np.cos(a.hdg - b.hdg) > 0)
 
 
-def _near_shared_node(network: StreetNetwork, a: _Places, b: _Places) -> BoolArray:
-    """Say which places a are close to a node at which their streets and those of b end: arms of one junction."""
-    xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
-    ends = np.array([(street.start, street.end) for street in network.streets])
-    fast = np.array([any(item.highway in FAST_HIGHWAYS for _, item in street.pieces) for street in network.streets])
-    reach = np.where(fast[a.street] | fast[b.street], ARM_REACH_MOTORWAY, ARM_REACH)
-    near = np.zeros(len(a.s), bool)
-    for p in (0, 1):
-        node = ends[a.street, p]
-        shared = (node >= 0) & ((node == ends[b.street, 0]) | (node == ends[b.street, 1]))
-        near |= shared & (np.hypot(a.x - xy[node, 0], a.y - xy[node, 1]) < reach)
-    return near
+@dataclass(frozen=True, slots=True, eq=False)
+class _StreetNodes:
+    """The nodes at which streets end."""
+
+    xy: FloatArray  # (nodes, 2) m
+    ends: IntArray  # (streets, 2) Those of each street, below 0 for none
+    fast: BoolArray  # (streets,) Whether it is a fast road somewhere
+
+    @classmethod
+    def of(cls, network: StreetNetwork) -> _StreetNodes:
+        """Return those of a network."""
+        xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
+        ends = np.array([(street.start, street.end) for street in network.streets])
+        fast = [any(item.highway in FAST_HIGHWAYS for _, item in street.pieces) for street in network.streets]
+        return cls(xy, ends, np.array(fast))
+
+    def shared_near(self, a: _Places, b: _Places) -> BoolArray:
+        """Say which places a are close to a node at which their streets and those of b end: arms of one junction."""
+        reach = np.where(self.fast[a.street] | self.fast[b.street], ARM_REACH_MOTORWAY, ARM_REACH)
+        near = np.zeros(len(a.s), bool)
+        for p in (0, 1):
+            node = self.ends[a.street, p]
+            shared = (node >= 0) & ((node == self.ends[b.street, 0]) | (node == self.ends[b.street, 1]))
+            near |= shared & (np.hypot(a.x - self.xy[node, 0], a.y - self.xy[node, 1]) < reach)
+        return near
