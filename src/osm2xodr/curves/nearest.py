@@ -45,10 +45,9 @@ def _project(
     distance = np.hypot(x[owner] - px, y[owner] - py)
     if len(owner) > len(curve):
         # The nearest, of several the first; the rows of a point stand together.
-        every = np.arange(len(curve))
-        least = np.minimum.reduceat(distance, np.searchsorted(owner, every))
+        least = np.minimum.reduceat(distance, np.flatnonzero(np.diff(owner, prepend=-1)))
         rows = np.flatnonzero(distance == least[owner])
-        best = rows[np.searchsorted(owner[rows], every)]
+        best = rows[np.diff(owner[rows], prepend=-1) > 0]
         s, px, py, hdg, distance = s[best], px[best], py[best], hdg[best], distance[best]
     t = (y - py) * np.cos(hdg) - (x - px) * np.sin(hdg)
     return s, t, distance

@@ -17,7 +17,6 @@ from osm2xodr.geometry.connections import (
     build_connecting_roads,
     change_in_parts,
     clear_arms_at_last,
-    clear_overrun_arms,
     detours,
     draw_in_parts,
     draw_tighter,
@@ -28,6 +27,7 @@ from osm2xodr.geometry.connections import (
     runs_backwards,
     set_back_arms,
     swing_out,
+    trims_off_ways,
     turns_on_the_spot,
     turns_without_need,
 )
@@ -41,6 +41,7 @@ from osm2xodr.geometry.junctions import (
     cut_back_dead_ends,
     cut_back_ends_on_streets,
     cut_roads,
+    ends_on_streets,
     find_movements,
     lay_out_junctions,
     shift_lines_out_of_bends,
@@ -84,6 +85,7 @@ from osm2xodr.geometry.plan_view import (
 )
 from osm2xodr.geometry.through_lanes import keep_lanes_in_line
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
+from osm2xodr.system import Task
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
 _SHORTER: Final = 0.95
@@ -172,12 +174,13 @@ def _lay_out_junctions(
     """Find the junctions and the ways through them, loops at dead ends included."""
     layout = lay_out_junctions(network, ends, diagnostics, jobs)
     refuse_without_roads(layout)
-    movements = find_movements(network, ends, layout, diagnostics)
-    movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
-    movements = with_movements_against_cars(network, ends, layout, movements)
-    driven = without_idle_junctions(layout, movements)
-    layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
-    layout = cut_back_ends_on_streets(network, fitted, ends, layout, diagnostics)
+    with Task(partial(ends_on_streets, fitted, ends), apart=jobs > 1) as on_streets:
+        movements = find_movements(network, ends, layout, diagnostics)
+        movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
+        movements = with_movements_against_cars(network, ends, layout, movements)
+        driven = without_idle_junctions(layout, movements)
+        layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
+        layout = cut_back_ends_on_streets(network, ends, layout, on_streets.result(), diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
     return layout, movements + loops
 
@@ -242,9 +245,11 @@ def _with_room_to_turn(
 ) -> CutStreets:
     """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
     # U-turns go round the nose of a median wherever it is.
-    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
-    trim = set_back_stems(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns), trim)
-    trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim, jobs)
+    turns = connecting.chosen(~u_turns)
+    with Task(partial(trims_off_ways, cut.ends, cut.layout, cut.parts, connecting), apart=jobs > 1) as off_ways:
+        trim = set_back_arms(cut.ends, cut.layout, cut.parts, turns)
+        trim = set_back_stems(cut.ends, cut.layout, cut.parts, turns, trim)
+        trim = np.maximum(trim, np.minimum(off_ways.result(), cut.layout.most))
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     trim = _within_streets(cut, trim)
     if (trim == cut.layout.trim).all():

@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 
 import pytest
-from street_cases import Case
+from street_cases import Case, Stages
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD
-from osm2xodr.geometry.junctions import cut_back_ends_on_streets
+from osm2xodr.geometry.junctions import JunctionLayout, cut_back_ends_on_streets, ends_on_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
 
 STREET = "highway=secondary width=8"
+
+
+def laid_out(stages: Stages, diagnostics: Diagnostics) -> JunctionLayout:
+    """Return the junctions with dead ends on streets cut back."""
+    found = ends_on_streets(fit_streets(stages.network, Diagnostics()), stages.ends)
+    return cut_back_ends_on_streets(stages.network, stages.ends, stages.layout, found, diagnostics)
 
 
 def cut_back(end: tuple[float, float], *, tags: str = "highway=service width=4", way: str = "c d") -> float:
@@ -20,8 +26,7 @@ def cut_back(end: tuple[float, float], *, tags: str = "highway=service width=4",
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (0.0, 60.0), "d": end}
     stages = Case(nodes, {1: ("a b", STREET), 2: (way, tags)}).stages()
     diagnostics = Diagnostics()
-    fitted = fit_streets(stages.network, Diagnostics())
-    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, diagnostics)
+    after = laid_out(stages, diagnostics)
     gone = after.trim - stages.layout.trim
     assert [(item.code, item.osm_id) for item in diagnostics] == [("lies-on-another", "way/2")] * int(gone.any())
     return float(gone.sum())
@@ -53,8 +58,7 @@ def test_what_passes_the_street_or_runs_along_it_keeps_its_length() -> None:
     assert cut_back((0.0, -20.0)) == 0.0
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (-60.0, 1.0), "d": (60.0, 1.0)}
     stages = Case(nodes, {1: ("a b", STREET), 2: ("c d", "highway=service")}).stages()
-    fitted = fit_streets(stages.network, Diagnostics())
-    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, Diagnostics())
+    after = laid_out(stages, Diagnostics())
     assert after.trim.tolist() == stages.layout.trim.tolist()
 
 
@@ -66,8 +70,7 @@ def test_ends_above_and_below_a_street_keep_their_length(tags: str) -> None:
 def test_stubs_of_the_street_itself_are_arms() -> None:
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "c": (0.0, 0.0), "d": (2.0, 3.0)}
     stages = Case(nodes, {1: ("a c b", STREET), 2: ("c d", "highway=service width=4")}).stages()
-    fitted = fit_streets(stages.network, Diagnostics())
-    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, stages.layout, Diagnostics())
+    after = laid_out(stages, Diagnostics())
     assert after.trim.tolist() == stages.layout.trim.tolist()
 
 
@@ -76,9 +79,8 @@ def test_what_the_junction_at_its_other_end_takes_is_left_to_it(y: float, cut: b
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "e": (-100.0, y), "c": (0.0, y), "f": (100.0, y), "d": (0.0, 1.0)}
     ways = {1: ("a b", STREET), 2: ("c d", "highway=service width=4"), 3: ("e c f", "highway=primary width=16")}
     stages = Case(nodes, ways).stages()
-    fitted = fit_streets(stages.network, Diagnostics())
     before = stages.layout
-    after = cut_back_ends_on_streets(stages.network, fitted, stages.ends, before, Diagnostics())
+    after = laid_out(stages, Diagnostics())
     (street,) = [k for k, item in enumerate(stages.network.streets) if item.pieces[0][1].osm_way_id == 2]
     ends = slice(2 * street, 2 * street + 2)
     gone = after.trim[ends] - before.trim[ends]

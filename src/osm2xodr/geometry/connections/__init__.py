@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
-from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, clear_overrun_arms
+from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, trims_off_ways
 from osm2xodr.geometry.connections.pose_to_pose import (
     connect,
     curves_apart,
@@ -41,7 +41,6 @@ __all__ = [
     "build_connecting_roads",
     "change_in_parts",
     "clear_arms_at_last",
-    "clear_overrun_arms",
     "connect",
     "curves_apart",
     "detours",
@@ -57,6 +56,7 @@ __all__ = [
     "set_back_arms",
     "swing_out",
     "tangents",
+    "trims_off_ways",
     "turns_on_the_spot",
     "turns_without_need",
 ]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import reduce
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -146,14 +145,14 @@ class ConnectingRoads:
         columns |= {name: tuple(map(getattr(self, name).__getitem__, order)) for name in _TUPLES}
         return ConnectingRoads(plan, **columns)
 
-    def joined(self, other: ConnectingRoads) -> ConnectingRoads:
+    def joined(self, *others: ConnectingRoads) -> ConnectingRoads:
         """Return these and others, the others behind."""
-        if not len(other.length):
+        every = [self, *(other for other in others if len(other.length))]
+        if len(every) == 1:
             return self
-        both = {name: (getattr(self, name), getattr(other, name)) for name in (*_ARRAYS, *_TUPLES)}
-        columns: dict[str, Any] = {name: np.concatenate(both[name]) for name in _ARRAYS}
-        columns |= {name: both[name][0] + both[name][1] for name in _TUPLES}
-        return ConnectingRoads(stack_plan_views(self.plan_view, other.plan_view), **columns)
+        columns: dict[str, Any] = {name: np.concatenate([getattr(item, name) for item in every]) for name in _ARRAYS}
+        columns |= {name: tuple(chain.from_iterable(getattr(item, name) for item in every)) for name in _TUPLES}
+        return ConnectingRoads(stack_plan_views(*(item.plan_view for item in every)), **columns)
 
 
 _TUPLES = ("lane_type", "access", "inner")
@@ -280,7 +279,8 @@ def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks
     if len(parts) < 2:
         return draw(links)
     some = [replace(links, rows=links.rows[part]) for part in parts]
-    return reduce(ConnectingRoads.joined, map_parallel(draw, some, jobs))
+    first, *others = map_parallel(draw, some, jobs)
+    return first.joined(*others)
 
 
 def change_in_parts(

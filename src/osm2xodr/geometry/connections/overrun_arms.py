@@ -45,22 +45,6 @@ _LEAST_CUT: Final = 0.3
 _PAIRS_PER_SHARE: Final = 15000
 
 
-def clear_overrun_arms(
-    ends: StreetEnds,
-    layout: JunctionLayout,
-    parts: RoadParts,
-    connecting: ConnectingRoads,
-    trim: FloatArray,
-    jobs: int = 1,
-) -> FloatArray:
-    """Return how much each street end gives to its junction so that no way through it runs over the arm, (ends,), m.
-
-    `layout` is that of the parts, `trim` what ends give at least; `jobs` processes work on it.
-    """
-    wanted = _wanted(ends, layout, parts, connecting, jobs)
-    return np.maximum(trim, np.minimum(wanted, layout.most))
-
-
 def clear_arms_at_last(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
 ) -> FloatArray:
@@ -70,7 +54,7 @@ def clear_arms_at_last(
     what runs over that lies at its height.
     """
     trim = layout.trim
-    more = np.maximum(_wanted(ends, layout, parts, connecting, jobs) - trim, 0.0).reshape(-1, 2)
+    more = np.maximum(trims_off_ways(ends, layout, parts, connecting, jobs) - trim, 0.0).reshape(-1, 2)
     least = np.where((layout.junction.reshape(-1, 2) >= 0).all(1), SHORTEST_STREET, SHORTEST_ROAD) + SNAPPED
     spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - least, 0.0)
     share = np.minimum(1.0, spare / np.maximum(more.sum(1), 1e-9))
@@ -130,10 +114,13 @@ def _streets_at(ends: StreetEnds, layout: JunctionLayout) -> tuple[IntArray, Int
     return starts(np.bincount(number, minlength=len(layout.nodes))), street
 
 
-def _wanted(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int
+def trims_off_ways(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
 ) -> FloatArray:
-    """Return up to where street ends should be cut, 0 where nothing runs over them, (ends,), m."""
+    """Return how much street ends should give to their junction so that no way runs over the arm, (ends,), m.
+
+    That is 0 where none does. `layout` is that of the parts; `jobs` processes work on it.
+    """
     far = np.zeros(len(layout.trim))
     _, arm, out = ways_over_arms(ends, layout, parts, connecting, jobs)
     np.maximum.at(far, arm, out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
-from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets
+from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets, ends_on_streets
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.junctions.movements_against_cars import with_movements_against_cars
 from osm2xodr.geometry.junctions.places import street_places
@@ -30,6 +30,7 @@ __all__ = [
     "cut_roads",
     "draw_loops",
     "end_poses",
+    "ends_on_streets",
     "find_movements",
     "lay_out_junctions",
     "shift_lines_out_of_bends",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
@@ -27,29 +28,48 @@ _LEAST_SHARE: Final = 0.5
 _GAP: Final = 0.3
 
 
-def cut_back_ends_on_streets(
-    network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, layout: JunctionLayout, diagnostics: Diagnostics
-) -> JunctionLayout:
-    """Cut back dead ends on or just behind a street of their layer that they do not meet, and report them.
+def ends_on_streets(fitted: FittedStreets, ends: StreetEnds) -> list[tuple[int, BoolArray]]:
+    """Return the dead ends on or just behind a street of their layer that they do not meet; some come several times.
 
-    Most were meant to join that street, but nothing says so: roads would lie on each other that know nothing of it.
+    With each comes whether it lies there if it is cut back, (n,), by 0 m, then by steps of `_STEP`.
     """
     node = ends.node
-    arms = np.bincount(node[node >= 0], minlength=len(network.intersections))
-    free = (node >= 0) & (layout.junction < 0) & ~np.repeat(layout.inner, 2) & (layout.trim == 0)
-    free[free] = arms[node[free]] == 1
-    trim, most = layout.trim.copy(), layout.most.copy()
+    dead = np.flatnonzero(node >= 0)
+    dead = dead[np.bincount(node[dead])[node[dead]] == 1]
     streets = _Streets(fitted)
-    for end, street in streets.under(ends, np.flatnonzero(free)):
+    found = []
+    for end, street in streets.under(ends, dead):
         if np.isin(node[[2 * street, 2 * street + 1]], node[[end, end ^ 1]]).any():
             continue
-        spare = float(ends.length[end]) - SHORTEST_STREET
         u = _back(ends, end)
-        u = u[: max(1, int(np.count_nonzero(u <= spare - trim[end ^ 1])))]
         on = np.zeros(len(u), bool)
         x, y, hdg = outward_pose(ends, np.full(len(u), end), u)
         for edge in (float(ends.left[end]), float(ends.right[end])):
             on |= streets.covers(street, x - edge * np.sin(hdg), y + edge * np.cos(hdg), _GAP)
+        found.append((end, on))
+    return found
+
+
+def cut_back_ends_on_streets(
+    network: StreetNetwork,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    found: Iterable[tuple[int, BoolArray]],
+    diagnostics: Diagnostics,
+) -> JunctionLayout:
+    """Cut back the dead ends that `ends_on_streets` has found and that are roads' ends, and report them.
+
+    Most were meant to join that street, but nothing says so: roads would lie on each other that know nothing of it.
+    """
+    free = (layout.junction < 0) & ~np.repeat(layout.inner, 2) & (layout.trim == 0)
+    trim, most = layout.trim.copy(), layout.most.copy()
+    for end, on in found:
+        if not free[end]:
+            continue
+        spare = float(ends.length[end]) - SHORTEST_STREET
+        u = _back(ends, end)
+        u = u[: max(1, int(np.count_nonzero(u <= spare - trim[end ^ 1])))]
+        on = on[: len(u)]
         if not on[-1]:
             trim[end] = max(trim[end], u[np.flatnonzero(on)[-1] + 1] if on.any() else 0.0)
             most[end] = max(most[end], trim[end])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import Final
 
 import numpy as np
@@ -98,7 +97,7 @@ def _drawn(
     best = best[np.unique(corner[number][best], return_index=True)[1]]
     chosen = number[best]
     own, good = beside.row[chosen] < 0, clear[chosen]
-    return _swung_out(reduce(ConnectingRoads.joined, rows).at_rows(best), own, good, others, parts, rule)
+    return _swung_out(rows[0].joined(*rows[1:]).at_rows(best), own, good, others, parts, rule)
 
 
 def _swung_out(

@@ -277,9 +277,11 @@ class _Strips:
         same = sections.road[ahead] == sections.road[self.section, None]
         same &= ahead == self.section[:, None] + sense * steps
         each = self.chosen(np.repeat(np.arange(len(same)), len(steps)))
-        far, found = meet(ahead.ravel(), each.side, each.reach, each.other, sections, roads, edges)
+        # Nothing is met beyond the end of a road.
+        other = np.where(same.ravel(), each.other, -1)
+        far, found = meet(ahead.ravel(), each.side, each.reach, other, sections, roads, edges)
         reach, met = far.reshape(ahead.shape), found.reshape(ahead.shape)
-        good = same & met & (reach > 0.0) & (reach < _NARROW)
+        good = met & (reach > 0.0) & (reach < _NARROW)
         good &= reach <= np.maximum(np.column_stack([most, reach[:, :-1]]), _NARROW / 4)
         keep = np.logical_and.accumulate(good, axis=1).ravel()
         whole = np.broadcast_to(steps == _GOES_ON, ahead.shape).ravel()
