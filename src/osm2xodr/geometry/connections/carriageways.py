@@ -306,9 +306,9 @@ def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float
 def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: float) -> Poses:
     """Return poses on the ways over the streets with their corners rounded, (m,)."""
     reach = np.minimum(np.minimum(chainage, lanes.length[row] - chainage), rounding)
-    x0, y0, _ = lanes.at_chainage(row, chainage - reach)
-    x, y, _ = lanes.at_chainage(row, chainage)
-    x1, y1, _ = lanes.at_chainage(row, chainage + reach)
+    around = np.concatenate([chainage - reach, chainage, chainage + reach])
+    places = lanes.at_chainage(np.tile(row, 3), around)
+    (x0, x, x1), (y0, y, y1) = (np.reshape(column, (3, len(row))) for column in places[:2])
     return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
 
 

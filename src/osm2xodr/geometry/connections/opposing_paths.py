@@ -24,6 +24,7 @@ from osm2xodr.curves import (
     reverse_curves,
     smallest_radius,
     smooth_step,
+    stack_plan_views,
     starts,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -132,7 +133,7 @@ def _too_near(
     """
     turn = np.abs(heading_change(plan, pairs.there))
     pairs = pairs.chosen((turn >= least_turn) & (turn < most_turn))
-    apart = _apart(plan, plan, pairs, pairs)
+    apart = _apart(plan, pairs)
     near = apart < defaults.OPPOSING_CLEARANCE * (width[pairs.there] + width[pairs.back]) / 2
     return pairs.chosen(near), apart[near]
 
@@ -172,25 +173,20 @@ def _redrawn(
     `radius` is the least that curves get if they had more, `longest` what they get at most unless they were longer,
     m. With `streets`, they leave these no more than before, or than curves may.
     """
-    there = _beside(plan, pairs.there, axis, back=False)
-    back = _beside(plan, pairs.back, axis, back=True)
-    both = np.arange(len(apart))
-    better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart + _ROUNDING
-    for curves, rows in ((there, pairs.there), (back, pairs.back)):
-        least = np.minimum(smallest_radius(plan)[rows], radius)
-        better &= (
-            (smallest_radius(curves) > least - 1e-6)
-            & (lengths(curves) <= np.maximum(lengths(plan, rows), longest))
-            & ~has_kinks(curves)
-        )
-    chosen = np.flatnonzero(better)
+    drawn = stack_plan_views(_beside(plan, pairs.there, axis, back=False), _beside(plan, pairs.back, axis, back=True))
+    both, rows = _Pairs(*np.arange(2 * len(apart)).reshape(2, -1)), np.concatenate([pairs.there, pairs.back])
+    good = smallest_radius(drawn) > np.minimum(smallest_radius(plan)[rows], radius) - 1e-6
+    good &= lengths(drawn) <= np.maximum(lengths(plan, rows), longest)
+    good &= ~has_kinks(drawn)
+    better = _apart(drawn, both) > apart + _ROUNDING
+    chosen = np.tile(np.flatnonzero(better & good[both.there] & good[both.back]), (2, 1))
+    chosen[1] += len(apart)
     if streets is not None:
-        for curves, rows in ((there, pairs.there), (back, pairs.back)):
-            before = streets.beyond(plan, rows[chosen], rows[chosen])
-            most = np.maximum(before, defaults.OFF_CARRIAGEWAY) + _ROUNDING
-            chosen = chosen[streets.beyond(curves, chosen, rows[chosen], most) <= most]
-    plan = replace_curves(plan, pairs.there[chosen], there, chosen)
-    return replace_curves(plan, pairs.back[chosen], back, chosen)
+        curve, row = chosen.ravel(), rows[chosen.ravel()]
+        most = np.maximum(streets.beyond(plan, row, row), defaults.OFF_CARRIAGEWAY) + _ROUNDING
+        kept = streets.beyond(drawn, curve, row, most) <= most
+        chosen = chosen[:, kept.reshape(chosen.shape).all(axis=0)]
+    return replace_curves(plan, rows[chosen.ravel()], drawn, chosen.ravel())
 
 
 def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
@@ -238,9 +234,9 @@ def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
     return _Pairs(row[found], row[at[found]])
 
 
-def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
-    """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
-    return curves_apart(one, rows.there, other, other_rows.back, _PLACES)
+def _apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
+    """Return how near the ways there come to the ways back, (pairs,), m."""
+    return curves_apart(plan, pairs.there, plan, pairs.back, _PLACES)
 
 
 def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
