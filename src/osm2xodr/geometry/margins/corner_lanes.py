@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 from osm2xodr.geometry.connections import BESIDE_CARS, ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
@@ -39,12 +39,11 @@ def with_lanes_of_sections(
 ) -> ConnectingRoads:
     """Return connecting roads whose sidewalks join the lanes that the road ends have in their lane sections."""
     entry_lane, exit_lane, inner = roads.entry_lane.copy(), roads.exit_lane.copy(), list(roads.inner)
+    ids = cache(partial(_lane_ids, parts, margins, layouts))
     for row, kind in enumerate(roads.lane_type):
         if not _leads_strips(parts, kind, int(roads.entry[row]), int(entry_lane[row])):
             continue
-        entry, exit_ = (
-            partial(_lane_id, parts, margins, layouts, int(end[row])) for end in (roads.entry, roads.exit)
-        )
+        entry, exit_ = (ids(int(end[row])).__getitem__ for end in (roads.entry, roads.exit))
         entry_lane[row], exit_lane[row] = entry(int(entry_lane[row])), exit_(int(exit_lane[row]))
         inner[row] = tuple(_renumbered(lane, entry, exit_) for lane in inner[row])
     return replace(roads, entry_lane=entry_lane, exit_lane=exit_lane, inner=tuple(inner))
@@ -64,17 +63,20 @@ def _renumbered(lane: InnerLane, entry: Callable[[int], int], exit_: Callable[[i
     return replace(lane, entry_lane=entry(lane.entry_lane), exit_lane=exit_(lane.exit_lane))
 
 
-def _lane_id(
-    parts: RoadParts, margins: Sequence[Margins], layouts: Sequence[LaneLayout], end: int, number: int
-) -> int:
-    """Return the lane id, in the last lane section of a road, of the strip that `strips_at_end` gives a number."""
-    road, last, side = end // 2, end % 2 == 1, 1 if number > 0 else -1
-    sections = layouts[road].sections
-    rank = [strip for strip, _ in strips_at_end(parts, margins[road], end, side)].index(number)
-    here = parts.at_end(end).section
-    carriageway = len(here.left if side > 0 else here.right)
-    section = sections[-1 if last else 0]
+def _lane_ids(
+    parts: RoadParts, margins: Sequence[Margins], layouts: Sequence[LaneLayout], end: int
+) -> dict[int, int]:
+    """Return the lane ids, in the last lane section of a road, of the strips that `strips_at_end` gives numbers."""
+    out: dict[int, int] = {}
+    road, last = end // 2, end % 2 == 1
+    section, here = layouts[road].sections[-1 if last else 0], parts.at_end(end).section
     s = float(parts.length[road]) - section.s if last else 0.0
-    strips = sorted((lane for lane in section.lanes if lane.id * side > carriageway), key=lambda lane: abs(lane.id))
-    records = [(lane.id, lane.widths[-1 if last else 0]) for lane in strips]
-    return [lane for lane, width in records if width.at(s - width.s) > defaults.SAME_PLACE][rank]
+    for side, carriageway in ((1, len(here.left)), (-1, len(here.right))):
+        numbers = [number for number, _ in strips_at_end(parts, margins[road], end, side)]
+        strips = sorted(
+            (lane for lane in section.lanes if lane.id * side > carriageway), key=lambda lane: abs(lane.id)
+        )
+        records = [(lane.id, lane.widths[-1 if last else 0]) for lane in strips]
+        ids = [lane for lane, width in records if width.at(s - width.s) > defaults.SAME_PLACE]
+        out |= zip(numbers, ids, strict=False)
+    return out
