@@ -9,7 +9,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from osm2xodr.curves.plan_views import (
+    chosen_curves,
+    curve_ends,
     find_record,
+    heading_at,
     lengths,
     pose,
     reverse_curves,
@@ -32,6 +35,17 @@ def line_arc_line() -> PlanView:
         np.array([10.0, quarter, 5.0, 4.0]),
         np.array([0.0, 0.05, 0.0, 0.0]),
     )
+
+
+def spirals() -> PlanView:
+    """Make spirals of 60 m that begin at the origin, from curves of 30 m and 1000 m radius, and one behind a line."""
+    start, rate = np.array([0, 1, 2, 4]), np.array([0.002, -0.0004, 0.0, 0.001])
+    x, hdg, length = (
+        np.array([0.0, 0.0, 0.0, 20.0]),
+        np.array([0.3, -3.0, 0.0, 0.0]),
+        np.array([60.0, 60.0, 20.0, 60.0]),
+    )
+    return PlanView(start, x.copy(), x, np.zeros(4), hdg, length, np.array([1 / 30, -1e-3, 0.0, 0.0]), rate)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(0.0, 200.0))
@@ -126,3 +140,40 @@ def test_reversed_curves_pass_the_same_places() -> None:
     assert np.cos(found_hdg - hdg) == pytest.approx(np.where(back, -1.0, 1.0))
     assert turned.s.tolist() == pytest.approx([0.0, 5.0, 5.0 + 10.0 * math.pi, 0.0])
     assert turned.curvature.tolist() == [0.0, -0.05, 0.0, 0.0]
+
+
+def test_ends_of_curves_are_where_their_lines_and_arcs_begin_and_end() -> None:
+    start, end = curve_ends(line_arc_line())
+    assert [column.tolist() for column in start] == [[0.0, 7.0], [0.0, 8.0], [0.0, math.pi]]
+    x, y, hdg = end
+    assert (x.tolist(), y.tolist()) == (pytest.approx([30.0, 3.0]), pytest.approx([25.0, 8.0]))
+    assert hdg == pytest.approx([math.pi / 2, math.pi])
+    assert curve_ends(line_arc_line(), np.array([1]))[1][0].tolist() == x[1:].tolist()
+
+
+@pytest.mark.parametrize("plan", [line_arc_line(), spirals()])
+def test_ends_and_headings_are_those_of_poses_to_the_last_bit(plan: PlanView) -> None:
+    every, length = np.arange(len(plan.start) - 1), lengths(plan)
+    for share, found in zip((0.0, 1.0), curve_ends(plan), strict=True):
+        for one, other in zip(found, pose(plan, every, share * length), strict=True):
+            assert one.tolist() == other.tolist()
+    curve, s = np.repeat(every, 7), (length[:, None] * np.linspace(0.0, 1.0, 7)).ravel()
+    assert heading_at(plan, curve, s).tolist() == pose(plan, curve, s)[2].tolist()
+
+
+def test_headings_on_a_spiral_are_the_integral_of_its_curvature() -> None:
+    s = np.array([0.0, 20.0, 50.0, 80.0])
+    assert heading_at(spirals(), np.full(4, 2), s) == pytest.approx([0.0, 0.0, 0.45, 1.8])
+    assert heading_at(spirals(), np.array([0]), np.array([60.0])) == pytest.approx([0.3 + 2.0 + 3.6])
+
+
+def test_chosen_curves_come_in_their_order_without_pieces_of_no_length() -> None:
+    plan = line_arc_line()
+    found = chosen_curves(plan, np.array([1, 0, 1]))
+    assert found.start.tolist() == [0, 1, 4, 5]
+    assert found.x.tolist() == [7.0, 0.0, 10.0, 30.0, 7.0]
+    assert found.length == pytest.approx([4.0, 10.0, 10.0 * math.pi, 5.0, 4.0])
+    tiny = PlanView(
+        np.array([0, 2]), *np.array([[0.0, 3.0], [0.0, 3.0], [0.0, 0.0], [0.0, 0.0], [3.0, 1e-10], [0.0, 0.1]])
+    )
+    assert chosen_curves(tiny, np.array([0])).length.tolist() == [3.0]
