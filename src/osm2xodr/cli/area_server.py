@@ -225,6 +225,7 @@ def _has_room(before: int) -> bool:
     """Say whether little is left of the areas so far; conversions themselves collect no garbage."""
     if (_data_size() or 0) - before < _MOST_KEPT // 2:
         return True
+    gc.unfreeze()
     gc.collect()
     release_memory()
     return (_data_size() or 0) - before < _MOST_KEPT

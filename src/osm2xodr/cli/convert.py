@@ -225,6 +225,8 @@ def _convert(
         # The check and the page read the file, and need the memory. The search would go through all of it once more.
         del conversion
     finally:
+        # What is left is used until the end. The first search would go through all of it.
+        gc.freeze()
         gc.enable()
     status = findings = 0
     try:

@@ -37,7 +37,9 @@ if TYPE_CHECKING:
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-# When the process ends, Python would search all of its modules for reference cycles, several times.
+# What is loaded is no garbage, but Python would search it for reference cycles after every 700 new objects, and all
+# modules several times when the process ends.
+gc.set_threshold(100_000)
 atexit.register(gc.freeze)
 
 # Where the documents are: in a checkout, in an installation.
