@@ -71,6 +71,11 @@ def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
     return _transformer(frame.proj, crs)
 
 
+def transformer_from(crs: object) -> Transformer:
+    """Return the transformation from x, y of another CRS, in its own units, to longitude and latitude (WGS 84)."""
+    return _transformer(crs, WGS84)
+
+
 @contextlib.contextmanager
 def offline() -> Iterator[None]:
     """Keep PROJ off the network whatever its settings say: a grid that is absent must not be fetched."""
@@ -88,7 +93,7 @@ def offline() -> Iterator[None]:
 
 @functools.lru_cache(maxsize=32)
 def _transformer(source: Hashable, target: Hashable) -> Transformer:
-    # PROJ takes a while to import.
+    # PROJ takes a while to import, and to look through its database for the ways from a national CRS to others.
     from pyproj import Transformer
 
     return Transformer.from_crs(source, target, always_xy=True)

@@ -13,7 +13,7 @@ from pyproj import Transformer
 from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.projection import WGS84, make_frame, transformer_to
+from osm2xodr.projection import WGS84, make_frame, transformer_from, transformer_to
 from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
 from osm2xodr.surface.grids import (
     DemSource,
@@ -155,7 +155,7 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
     """Return the frame of a window, with local positions around its middle."""
     a, b, c, d, e, f = source.affine
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
-    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
+    lon, lat = transformer_from(source.crs).transform(a * u + b * v + c, d * u + e * v + f)
     local = make_frame(float(np.clip(lat, -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG)), float(lon))
     return source.frame(transformer_to(local, source.crs)).window(first_col, first_row, cols, rows)
 

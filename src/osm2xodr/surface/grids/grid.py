@@ -14,7 +14,7 @@ import numpy.typing as npt
 from pyproj import CRS, Transformer
 
 from osm2xodr.model import FloatArray
-from osm2xodr.projection import WGS84
+from osm2xodr.projection import transformer_from
 
 Affine = tuple[float, float, float, float, float, float]
 
@@ -62,7 +62,7 @@ class GridFrame:
 
     def lon_lat(self, col: npt.ArrayLike, row: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return longitude and latitude, degrees, WGS 84, at fractional col, row."""
-        lon, lat = Transformer.from_crs(self.crs, WGS84, always_xy=True).transform(*self.in_crs(col, row))
+        lon, lat = transformer_from(self.crs).transform(*self.in_crs(col, row))
         return lon, lat
 
     def steps(self) -> tuple[float, float]:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from pyproj import CRS, Transformer
+from pyproj import CRS
 from pyproj.exceptions import CRSError, ProjError
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
-from osm2xodr.projection import WGS84
+from osm2xodr.projection import transformer_from
 from osm2xodr.surface.grids.vertical_crs import horizontal_crs, metres_per, vertical_unit
 
 
@@ -56,7 +56,7 @@ def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:
         placed = crs.is_geographic or crs.is_projected or crs.is_compound
         if placed:
             # Raises an error for other planets and for impossible parameters.
-            Transformer.from_crs(WGS84, horizontal_crs(crs), always_xy=True)
+            transformer_from(horizontal_crs(crs))
     except ProjError as error:
         planet = "celestial body" in str(error)
         why = "is not one on Earth" if planet else "cannot be converted to longitude and latitude"
