@@ -29,7 +29,7 @@ def made(jobs: int, dems: tuple[Path, ...]) -> tuple[bytes, list[Diagnostic]]:
 def test_bytes_and_findings_do_not_depend_on_processes(heights: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     # Small parts, so that there is work for all.
     monkeypatch.setattr(connecting_roads, "_AT_ONCE", 50)
-    monkeypatch.setattr(connecting_roads, "_CHANGED_AT_ONCE", 60)
+    monkeypatch.setattr(connecting_roads, "_SHARED_FROM", 40)
     monkeypatch.setattr("osm2xodr.geometry.junctions.arm_trims._PAIRS_PER_SHARE", 40)
     monkeypatch.setattr("osm2xodr.geometry.connections.overrun_arms._PAIRS_PER_SHARE", 40)
     monkeypatch.setattr("osm2xodr.xodrWriter.document._ROADS_PER_BLOCK", 40)
@@ -44,7 +44,7 @@ def test_bytes_and_findings_do_not_depend_on_processes(heights: bool, monkeypatc
 def test_parts_are_drawn_as_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = made(1, ())
     monkeypatch.setattr(connecting_roads, "_AT_ONCE", 50)
-    monkeypatch.setattr(connecting_roads, "_CHANGED_AT_ONCE", 60)
+    monkeypatch.setattr(connecting_roads, "_SHARED_FROM", 40)
     monkeypatch.setattr("osm2xodr.geometry.junctions.arm_trims._PAIRS_PER_SHARE", 40)
     monkeypatch.setattr("osm2xodr.geometry.connections.overrun_arms._PAIRS_PER_SHARE", 40)
     parts = made(1, ())

@@ -31,7 +31,7 @@ TECHNICAL = {
         "_PAIRS_PER_SHARE",
         "_DISTANCES_AT_ONCE",
         "_AT_ONCE",
-        "_CHANGED_AT_ONCE",
+        "_SHARED_FROM",
     ),
     *(
         "_PIECE_LENGTH",

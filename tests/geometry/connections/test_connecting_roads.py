@@ -156,17 +156,17 @@ def test_the_lanes_of_a_ring_stay_round_through_junctions(rule: Rule) -> None:
 
 
 @pytest.mark.parametrize(
-    ("at_once", "parts"),
-    [(12, [12]), (6, [6, 6]), (5, [3, 3, 3, 3]), (2, [3, 3, 3, 2, 1])],
-    ids=["one", "two", "four", "as many as junctions"],
+    ("at_once", "shared_from", "parts"),
+    [(12, 12, [12]), (12, 11, [6, 6]), (6, 6, [6, 6]), (5, 5, [3, 3, 3, 3]), (2, 2, [3, 3, 3, 2, 1])],
+    ids=["one", "two of what is worth sharing", "two", "four", "as many as junctions"],
 )
 def test_whole_junctions_are_worked_on_in_an_even_number_of_parts(
-    at_once: int, parts: list[int], monkeypatch: pytest.MonkeyPatch
+    at_once: int, shared_from: int, parts: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Junctions with 3, 3, 3, 2 and 1 roads."""
     junction = np.repeat([0, 2, 3, 7, 8], [3, 3, 3, 2, 1])
     monkeypatch.setattr(connecting_roads, "_AT_ONCE", at_once)
-    monkeypatch.setattr(connecting_roads, "_CHANGED_AT_ONCE", at_once)
+    monkeypatch.setattr(connecting_roads, "_SHARED_FROM", shared_from)
     lines = [(0.0, 10.0 * k, 20.0 + k, 10.0 * k) for k in range(len(junction))]
     roads = connecting(lines, junction.tolist())
     seen: list[list[int]] = []

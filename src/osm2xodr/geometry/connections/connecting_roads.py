@@ -34,10 +34,9 @@ from osm2xodr.model import (
 )
 from osm2xodr.system import map_parallel
 
-# From so many lane links on they are drawn in parts, which are worth a copy of the process, and have at most so many.
-# Less is to be done where curves are changed.
-_AT_ONCE: Final = 5000
-_CHANGED_AT_ONCE: Final = 10000
+# Connecting roads are drawn in parts of at most so many, from so many on, which are worth a copy of the process.
+_AT_ONCE: Final = 10000
+_SHARED_FROM: Final = 5000
 
 # Types of lanes beside the carriageway that connecting roads of their own lead on.
 BESIDE_CARS: Final = frozenset({LaneType.SIDEWALK, LaneType.SHOULDER})
@@ -275,7 +274,7 @@ def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks
 
     The parts do not depend on the number of processes, nor do the roads.
     """
-    parts = _whole_junctions(np.array([row.junction for row in links.rows], np.int64), _AT_ONCE)
+    parts = _whole_junctions(np.array([row.junction for row in links.rows], np.int64))
     if len(parts) < 2:
         return draw(links)
     some = [replace(links, rows=links.rows[part]) for part in parts]
@@ -287,7 +286,7 @@ def change_in_parts(
     change: Callable[[ConnectingRoads], ConnectingRoads], roads: ConnectingRoads, jobs: int
 ) -> ConnectingRoads:
     """Return roads with the curves that `change` gives them, as `draw_in_parts` does."""
-    parts = _whole_junctions(roads.junction, _CHANGED_AT_ONCE)
+    parts = _whole_junctions(roads.junction)
     if len(parts) < 2:
         return change(roads)
 
@@ -298,12 +297,12 @@ def change_in_parts(
     return replace(roads, plan_view=plan, length=lengths(plan))
 
 
-def _whole_junctions(junction: IntArray, most: int) -> list[slice]:
+def _whole_junctions(junction: IntArray) -> list[slice]:
     """Return rows that are worked on together, those of whole junctions each; `junction` (n,) is that of each row.
 
-    They are about `most` at most, in 2, 4, 6 … parts of equal size: most machines have an even number of cores.
+    They are about `_AT_ONCE` at most, in 2, 4, 6 … parts of equal size: most machines have an even number of cores.
     """
-    count = 2 * math.ceil(len(junction) / (2 * most)) if len(junction) > _AT_ONCE else 1
+    count = 2 * math.ceil(len(junction) / (2 * _AT_ONCE)) if len(junction) > _SHARED_FROM else 1
     begin = np.flatnonzero(np.diff(junction, prepend=-1))
     first = begin[np.unique(begin * count // max(len(junction), 1), return_index=True)[1]].tolist()
     return [slice(a, b) for a, b in pairwise([*first, len(junction)])]
