@@ -12,7 +12,7 @@ from osm_builder import ROAD, Area, about
 
 from osm2xodr.checking import CheckOptions, CheckResult, check_file
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import ElevationOptions, build_roads
+from osm2xodr.geometry import ElevationOptions, build_roads, clearance_report
 from osm2xodr.model import RoadMap
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
@@ -181,3 +181,11 @@ def test_roads_whose_edges_alone_overlap_are_no_crossing(tmp_path: Path) -> None
     _, diagnostics, result = built(Area(nodes, {10: ([1, 2], ROAD), 11: ([3, 4], ROAD)}), tmp_path)
     assert about(diagnostics, "crossing-without-node") == []
     assert len(about(diagnostics, "clearance")) == len(result.findings) > 0
+
+
+def test_roads_may_be_worked_out_in_any_number_of_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = built(crossing(ROAD), tmp_path, LEVEL)[1]
+    monkeypatch.setattr(clearance_report, "_STATIONS_AT_ONCE", 1)
+    blocks = built(crossing(ROAD), tmp_path, LEVEL)[1]
+    assert len(about(whole, "crossing-without-node")) == 1
+    assert list(blocks) == list(whole)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -70,16 +71,15 @@ class ClosePlaces:
     height: FloatArray  # (n,) From one to the other, m
 
 
-def close_places(stations: Stations, graph: RoadGraph, least: float) -> ClosePlaces:
+def close_places(stations: Iterable[Stations], graph: RoadGraph, least: float) -> ClosePlaces:
     """Return where carriageways lie over each other with less than the least height between them, m.
 
+    The `stations` come in blocks of whole roads, each of which is needed once: they are large.
     Surfaces closer than 0.3 m are one: that is right where the roads are kin, joined or of one junction, and within
     40 m of their ends where they cross. Kin that are one surface beside the place (a ramp that climbs away) are no
     clearance. Of places within 40 m of each other the one with the least height is returned; the lowest come first.
     """
     pieces, kin = _cut(stations), _Kin(graph)
-    # Large tables, which no caller may need any longer either.
-    del stations
     pairs = _find(pieces, kin, len(graph.length))
     low = _worst(pieces, kin, graph.length, pairs)
     low = low[pairs.height[low] < least]
@@ -113,15 +113,20 @@ class _Overlaps:
     depth: FloatArray  # (m,) How far they reach into each other, m
 
 
-def _cut(stations: Stations) -> _Pieces:
+def _cut(stations: Iterable[Stations]) -> _Pieces:
     """Return the pieces between stations that follow each other."""
+    return _Pieces(*map(np.concatenate, zip(*map(_cut_block, stations), strict=True)))
+
+
+def _cut_block(stations: Stations) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the columns of the pieces of some roads."""
     road, s = stations.road, stations.s
     first = np.flatnonzero((road[1:] == road[:-1]) & (np.diff(s) < 2 * CLEARANCE_STEP))
     right, left, then = stations.right, stations.left, first + 1
     sides = ((right, first), (left, first), (left, then), (right, then))
     corners = np.stack([side[at, :2] for side, at in sides], axis=1)
     z = np.stack([side[at, 2] for side, at in sides], axis=1).mean(axis=1)
-    return _Pieces(road[first], 0.5 * (s[first] + s[then]), z, stations.hdg[first], corners)
+    return road[first], 0.5 * (s[first] + s[then]), z, stations.hdg[first], corners
 
 
 class _Kin:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,6 +15,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 _CELL: Final = 12.0
 # Size of the table that rules out most quadrilaterals far from those asked about: bounds its memory.
 _HASHES: Final = 1 << 22
+# So many quadrilaterals begin in one band of rows: some 15 MB.
+_BAND: Final = 1 << 16
 # So many pairs are compared at once: some 6 MB.
 _PAIRS_AT_ONCE: Final = 1 << 16
 # Quadrilaterals that reach over more cells than this have wrong numbers and are left out.
@@ -34,75 +38,86 @@ def overlapping_pairs(
     first, second, third, fourth = (corners[:, k] for k in range(4))
     low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
     high = np.maximum(np.maximum(first, second), np.maximum(third, fourth))
-    del first, second, third, fourth
-    return overlapping_boxes(low, high, probe, group)
+    return overlapping_boxes(np.concatenate([low.T, high.T]), probe, group)
 
 
-def overlapping_boxes(
-    low: FloatArray, high: FloatArray, probe: BoolArray, group: IntArray | None = None
-) -> tuple[IntArray, IntArray]:
-    """Return what `overlapping_pairs` does for boxes from `low` to `high`, both (n, 2), m."""
-    west, south, east, north = (np.ascontiguousarray(column) for column in (*low.T, *high.T))
-    quad, cell = _cells(low, high, probe)
-    del low, high
-    order = np.argsort(cell, kind="stable")
-    quad, cell = quad[order], cell[order]
-    del order
-    if group is not None and len(cell):
-        begins = np.flatnonzero(np.diff(cell, prepend=-1))
-        several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
-        keep = np.repeat(several, np.diff(np.append(begins, len(cell))))
-        quad, cell = quad[keep], cell[keep]
-    begins = np.flatnonzero(np.diff(cell, prepend=-1)) if len(cell) else np.zeros(0, np.int64)
+def overlapping_boxes(box: FloatArray, probe: BoolArray, group: IntArray | None = None) -> tuple[IntArray, IntArray]:
+    """Return what `overlapping_pairs` does, of boxes: their west, south, east and north end, (4, n), m."""
+    west, south, east, north = box
+    found: list[IntArray] = [np.zeros(0, np.int64)]
+    for quad, cell in _cells(box, probe):
+        order = np.argsort(cell, kind="stable")
+        quad, cell = quad[order], cell[order]
+        if group is not None:
+            begins = np.flatnonzero(np.diff(cell, prepend=-1))
+            several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
+            keep = np.repeat(several, np.diff(np.append(begins, len(cell))))
+            quad, cell = quad[keep], cell[keep]
+        pairs: list[IntArray] = [np.zeros(0, np.int64)]
+        for a, b in _in_one_cell(quad, cell):
+            near = (west[a] < east[b]) & (west[b] < east[a]) & (south[a] < north[b]) & (south[b] < north[a])
+            a, b = a[near], b[near]
+            good = probe[a] | probe[b]
+            a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
+            pairs.append(a * len(probe) + b)
+        # Most pairs have several cells in common.
+        found.append(np.unique(np.concatenate(pairs)))
+    code = np.unique(np.concatenate(found))
+    return code // max(len(probe), 1), code % max(len(probe), 1)
+
+
+def _cells(box: FloatArray, probe: BoolArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield all pairs of a quadrilateral and a cell that its `box` reaches, where a probed one may be.
+
+    They come by bands of rows of cells, each with some quadrilaterals, which saves memory.
+    """
+    west, south, east, north = box
+    good = np.isfinite(box).all(axis=0)
+    x, y = (float(side.min(where=good, initial=np.inf)) for side in (west, south))
+    with np.errstate(invalid="ignore", over="ignore"):
+        low, high = np.floor((south - y) / _CELL), np.floor((north - y) / _CELL)
+        good &= _columns(west, east, x)[1] * (high - low + 1.0) <= _MOST_CELLS
+    if not good.any():
+        return
+    stride = int((float(east.max(where=good, initial=x)) - x) / _CELL) + 2
+    borders = np.append(np.unique(np.sort(low[good])[::_BAND]), high.max(where=good, initial=0.0) + 1.0)
+    for begin, end in pairwise(borders.tolist()):
+        at = np.flatnonzero(good & (low < end) & (high >= begin))
+        first, wide = (column.astype(np.int64) for column in _columns(west[at], east[at], x))
+        bottom = np.maximum(low[at], begin)
+        count = wide * (np.minimum(high[at], end - 1.0) - bottom + 1.0).astype(np.int64)
+        of = np.repeat(np.arange(len(at)), count)
+        row, column = np.divmod(ranks(count), wide[of])
+        cell = (row + bottom.astype(np.int64)[of]) * stride + column + first[of]
+        quad = at[of]
+        if not probe.all():
+            wanted = np.zeros(_HASHES, bool)
+            wanted[cell[probe[quad]] % _HASHES] = True
+            near = wanted[cell % _HASHES]
+            quad, cell = quad[near], cell[near]
+        if len(cell):
+            yield quad, cell
+
+
+def _columns(west: FloatArray, east: FloatArray, origin: float) -> tuple[FloatArray, FloatArray]:
+    """Return the first column of cells that boxes reach, and the number of them, (n,)."""
+    first = np.floor((west - origin) / _CELL)
+    return first, np.floor((east - origin) / _CELL) - first + 1.0
+
+
+def _in_one_cell(quad: IntArray, cell: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield the pairs of quadrilaterals that reach one cell, by some at once; `cell` ascends."""
+    begins = np.flatnonzero(np.diff(cell, prepend=-1))
     size = np.diff(np.append(begins, len(cell)))
     # Each row of a cell with all rows behind it.
     behind = np.repeat(begins + size, size) - np.arange(len(cell)) - 1
-    found: list[IntArray] = [np.zeros(0, np.int64)]
     begin, total = 0, np.cumsum(behind)
     while begin < len(cell):
         done = int(total[begin - 1]) if begin else 0
         end = max(begin + 1, int(np.searchsorted(total, done + _PAIRS_AT_ONCE)))
         rows = np.arange(begin, end)
-        a = np.repeat(quad[rows], behind[rows]).astype(np.int64)
-        b = quad[runs(rows + 1, behind[rows])].astype(np.int64)
-        near = (west[a] < east[b]) & (west[b] < east[a]) & (south[a] < north[b]) & (south[b] < north[a])
-        a, b = a[near], b[near]
-        good = probe[a] | probe[b]
-        a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
-        found.append(a * len(probe) + b)
+        yield np.repeat(quad[rows], behind[rows]), quad[runs(rows + 1, behind[rows])]
         begin = end
-    code = np.unique(np.concatenate(found))
-    return code // max(len(probe), 1), code % max(len(probe), 1)
-
-
-def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a quadrilateral and a cell that its bounding box reaches, where a probed one may be."""
-    good = np.flatnonzero(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
-    if not len(good):
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    origin = low[good].min(axis=0)
-    # Half the memory where the cells of the whole area can be counted so.
-    cells = np.prod((high[good].max(axis=0) - origin) / _CELL + 3.0)
-    kind = np.int32 if cells < np.iinfo(np.int32).max else np.int64
-    a, b = (np.floor((value[good] - origin) / _CELL).astype(kind) for value in (low, high))
-    wide, count = b[:, 0] - a[:, 0] + 1, (b - a + 1).prod(axis=1)
-    sane = count <= _MOST_CELLS
-    good, a, wide, count = good[sane].astype(kind), a[sane], wide[sane], count[sane]
-    stride = kind(b[:, 0].max() + 2)
-    del low, high, b, sane
-    of = np.repeat(np.arange(len(good), dtype=kind), count)
-    row, column = np.divmod(ranks(count).astype(kind), wide[of])
-    row += a[of, 1]
-    row *= stride
-    column += a[of, 0]
-    cell = np.add(row, column, out=row)
-    del a, wide, column
-    if probe.all():
-        return good[of], cell
-    wanted = np.zeros(_HASHES, bool)
-    wanted[cell[probe[good[of]]] % _HASHES] = True
-    near = wanted[cell % _HASHES]
-    return good[of[near]], cell[near]
 
 
 def overlap_depths(one: FloatArray, other: FloatArray) -> FloatArray:

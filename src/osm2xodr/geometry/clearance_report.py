@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -28,6 +30,7 @@ from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at, to
 from osm2xodr.model import (
     VEHICLE_LANES,
     BoolArray,
+    CubicProfile,
     FloatArray,
     IntArray,
     Lane,
@@ -36,6 +39,9 @@ from osm2xodr.model import (
     RoadMap,
     Structure,
 )
+
+# Number of stations that are worked out at once: some 10 MB.
+_STATIONS_AT_ONCE: Final = 1 << 16
 
 
 def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics) -> RoadMap:
@@ -107,12 +113,10 @@ def _both(found: ClosePlaces) -> tuple[tuple[IntArray, FloatArray], tuple[IntArr
     return (found.road, found.s), (found.other, found.other_s)
 
 
-def _stations(road_map: RoadMap) -> Stations:
-    """Return the carriageways of all roads that cars drive on."""
+def _stations(road_map: RoadMap) -> Iterator[Stations]:
+    """Yield the carriageways of all roads that cars drive on: those of some roads at once, which saves memory."""
     length = lengths(road_map.plan_view)
     count = np.maximum((length / CLEARANCE_STEP).astype(np.int64) + 1, 2)
-    road = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    s = length[road] * ranks(count) / (count[road] - 1)
     every = [section for item in road_map.roads for section in item.lane_sections]
     first = starts([len(item.lane_sections) for item in road_map.roads])
     # Roads share sections that are alike.
@@ -120,33 +124,50 @@ def _stations(road_map: RoadMap) -> Stations:
     shared = np.array([number.setdefault(id(item), len(number)) for item in every], np.int64)
     sections = [every[k] for k in np.unique(shared, return_index=True)[1].tolist()]
     begin = np.array([item.s for item in sections])
-    section = shared[find_record(first, begin[shared], road, s)]
-    driven = np.array([any(lane.type in VEHICLE_LANES for lane in item.lanes) for item in sections], bool)[section]
-    road, s, section = road[driven], s[driven], section[driven]
-    x, y, hdg = pose(road_map.plan_view, road, s)
-    z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
-    offset = cubic_value(road_map.lane_offset, road, s)
-    ds = s - begin[section]
+    is_driven = np.array([any(lane.type in VEHICLE_LANES for lane in item.lanes) for item in sections], bool)
+    borders = [_Border.of(sections, side) for side in (-1, 1)]
+    block = np.cumsum(count) // _STATIONS_AT_ONCE
+    for roads in np.split(np.arange(len(count)), np.flatnonzero(np.diff(block)) + 1):
+        road = np.repeat(roads, count[roads])
+        s = length[road] * ranks(count[roads]) / (count[road] - 1)
+        section = shared[find_record(first, begin[shared], road, s)]
+        driven = is_driven[section]
+        road, s, section = road[driven], s[driven], section[driven]
+        x, y, hdg = pose(road_map.plan_view, road, s)
+        z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
+        offset = cubic_value(road_map.lane_offset, road, s)
+        edges = []
+        for border in borders:
+            t = offset + border.t(section, s - begin[section])
+            across = t * np.cos(bank)
+            edges.append(np.column_stack([x - np.sin(hdg) * across, y + np.cos(hdg) * across, z + t * np.sin(bank)]))
+        yield Stations(road, s, hdg, *edges)
 
-    def edge(side: int) -> FloatArray:
-        t = offset + _border(sections, section, ds, side)
-        across = t * np.cos(bank)
-        return np.column_stack([x - np.sin(hdg) * across, y + np.cos(hdg) * across, z + t * np.sin(bank)])
 
-    return Stations(road, s, hdg, edge(-1), edge(1))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Border:
+    """The edge of the carriageway on one side of sections."""
 
+    start: IntArray  # (sections + 1,) Where the lanes between the reference line and the edge begin
+    sign: FloatArray  # (lanes,) 1 for those on the left, -1 on the right
+    widths: CubicProfile  # Of each lane
 
-def _border(sections: list[LaneSection], section: IntArray, ds: FloatArray, side: int) -> FloatArray:
-    """Return t, less the lane offset, of the carriageway's edge on a side, 1 left or -1 right, at ds of sections."""
-    within = [_within(item, side) for item in sections]
-    # Lanes count away from the reference line: positive on the left.
-    sign = np.array([1.0 if lane.id > 0 else -1.0 for lanes in within for lane in lanes])
-    widths = profile_of([lane.widths for lanes in within for lane in lanes])
-    start = starts([len(lanes) for lanes in within])
-    size = np.diff(start)[section]
-    row = np.repeat(np.arange(len(section)), size)
-    lane = np.repeat(start[section], size) + ranks(size)
-    return np.asarray(np.bincount(row, sign[lane] * cubic_value(widths, lane, ds[row]), len(section)), np.float64)
+    @classmethod
+    def of(cls, sections: Sequence[LaneSection], side: int) -> _Border:
+        """Return the edges on the left, 1, or the right, -1."""
+        within = [_within(item, side) for item in sections]
+        # Lanes count away from the reference line: positive on the left.
+        sign = np.array([1.0 if lane.id > 0 else -1.0 for lanes in within for lane in lanes])
+        widths = profile_of([lane.widths for lanes in within for lane in lanes])
+        return cls(starts([len(lanes) for lanes in within]), sign, widths)
+
+    def t(self, section: IntArray, ds: FloatArray) -> FloatArray:
+        """Return t, less the lane offset, at ds of sections, (n,), m."""
+        size = np.diff(self.start)[section]
+        row = np.repeat(np.arange(len(section)), size)
+        lane = np.repeat(self.start[section], size) + ranks(size)
+        widths = self.sign[lane] * cubic_value(self.widths, lane, ds[row])
+        return np.asarray(np.bincount(row, widths, len(section)), np.float64)
 
 
 def _within(section: LaneSection, side: int) -> list[Lane]:

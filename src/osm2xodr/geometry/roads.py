@@ -143,6 +143,7 @@ def build_roads(
     release_memory()
     # The floor lies beside the carriageways whose clearances are looked at.
     road_map = with_clearances(road_map, solved.problem, diagnostics)
+    release_memory()
     covered = ends_at_floor(sides, floor)
     blunt = np.concatenate([sides.blunt, through.junction[sides.ends.row[covered & ~sides.ends.shoulder]]])
     report_blunt_sidewalks(network, plan.layout, blunt, diagnostics)

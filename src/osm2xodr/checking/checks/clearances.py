@@ -19,7 +19,7 @@ def check_clearances(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
         return
     limit = RULES["clearance"].limit
     assert limit is not None
-    found = close_places(_stations(drive, lanes), _graph(drive), limit.value)
+    found = close_places(iter((_stations(drive, lanes),)), _graph(drive), limit.value)
     findings.add(
         "clearance",
         value=found.height,

@@ -236,8 +236,8 @@ def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
     own = np.flatnonzero((ways.structure == Structure.GROUND) & (ways.curve < len(problem.end_junction)))
     # Boxes of middles alone, which are much smaller than those of carriageways.
     begin, end = _longer_middles(ways, own)
-    boxes = np.minimum(begin, end), np.maximum(begin, end)
-    one, other = overlapping_boxes(*boxes, np.ones(len(own), bool), ways.curve[own])
+    boxes = np.concatenate([np.minimum(begin, end).T, np.maximum(begin, end).T])
+    one, other = overlapping_boxes(boxes, np.ones(len(own), bool), ways.curve[own])
     a, b = own[one], own[other]
     apart = (ways.curve[a] != ways.curve[b]) & (ways.level[a] == ways.level[b])
     a, b = a[apart], b[apart]
