@@ -116,7 +116,7 @@ def _lines(streets: Sequence[Street], samples: StreetSamples, footways: Sequence
     numbers = np.array(
         [
             names.setdefault(piece.name or piece.ref, len(names))
-            if len(piece.car_directions()) == 1 and (piece.name or piece.ref)
+            if (piece.name or piece.ref) and len(piece.car_directions()) == 1
             else -1
             for street in streets
             for _, piece in street.pieces

@@ -99,8 +99,8 @@ def with_pieces(lines: LineSamples, streets: Sequence[Street]) -> StreetSamples:
 def carriageway_edges(attributes: StreetAttributes) -> tuple[float, float]:
     """Return t of the left and right outer edge of carriageway and tagged margins, m."""
     half = 0.5 * sum([lane.width for lane in attributes.lanes_ltr])
-    left = attributes.middle_offset + half + sum(strip.width for strip in attributes.margin_left)
-    return left, attributes.middle_offset - half - sum(strip.width for strip in attributes.margin_right)
+    left = attributes.middle_offset + half + sum([strip.width for strip in attributes.margin_left])
+    return left, attributes.middle_offset - half - sum([strip.width for strip in attributes.margin_right])
 
 
 def near_streets(samples: StreetSamples, points: FloatArray) -> BoolArray:
