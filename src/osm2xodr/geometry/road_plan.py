@@ -172,9 +172,9 @@ def _lay_out_junctions(
     jobs: int,
 ) -> tuple[JunctionLayout, list[Movement]]:
     """Find the junctions and the ways through them, loops at dead ends included."""
-    layout = lay_out_junctions(network, ends, diagnostics, jobs)
-    refuse_without_roads(layout)
     with Task(partial(ends_on_streets, fitted, ends), apart=jobs > 1) as on_streets:
+        layout = lay_out_junctions(network, ends, diagnostics, jobs)
+        refuse_without_roads(layout)
         movements = find_movements(network, ends, layout, diagnostics)
         movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
         movements = with_movements_against_cars(network, ends, layout, movements)
