@@ -79,6 +79,7 @@ def _cells(box: FloatArray, probe: BoolArray) -> Iterator[tuple[IntArray, IntArr
         good &= _columns(west, east, x)[1] * (high - low + 1.0) <= _MOST_CELLS
     if not good.any():
         return
+    every = bool(probe.all())
     stride = int((float(east.max(where=good, initial=x)) - x) / _CELL) + 2
     borders = np.append(np.unique(np.sort(low[good])[::_BAND]), high.max(where=good, initial=0.0) + 1.0)
     for begin, end in pairwise(borders.tolist()):
@@ -90,7 +91,7 @@ def _cells(box: FloatArray, probe: BoolArray) -> Iterator[tuple[IntArray, IntArr
         row, column = np.divmod(ranks(count), wide[of])
         cell = (row + bottom.astype(np.int64)[of]) * stride + column + first[of]
         quad = at[of]
-        if not probe.all():
+        if not every:
             wanted = np.zeros(_HASHES, bool)
             wanted[cell[probe[quad]] % _HASHES] = True
             near = wanted[cell % _HASHES]

@@ -122,16 +122,13 @@ def bounds_of(source: Path) -> tuple[float, float, float, float]:
 
 def _read(source: Path, driven: Sequence[Driven], *, surroundings: bool = False) -> Source:
     """Return what `read_source` does of a map, and which ways cars fit on."""
-    try:
-        known = source.stat()
-    except OSError:
-        # Reading says what is wrong.
-        return read_source(open_osm_file(source), driven)
-    stamp = known.st_mtime_ns, known.st_size, known.st_ino
+    # Reading says what is wrong where there is no file.
+    known = source.stat() if source.is_file() else None
+    stamp = None if known is None else (known.st_size, known.st_mtime_ns)
     return _read_once(source, stamp, tuple(dict.fromkeys([_CARS, *driven])), surroundings)
 
 
 @lru_cache(maxsize=1)
-def _read_once(source: Path, stamp: tuple[int, int, int], driven: tuple[Driven, ...], surroundings: bool) -> Source:
+def _read_once(source: Path, stamp: tuple[int, int] | None, driven: tuple[Driven, ...], surroundings: bool) -> Source:
     """Read a map; `stamp` says when it is another one."""
     return read_source(open_osm_file(source), driven, surroundings=surroundings)

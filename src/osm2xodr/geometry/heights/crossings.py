@@ -77,10 +77,9 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     border = np.repeat(np.arange(len(length), dtype=np.int64), count + 1)
     x, y, hdg = pose(plan, border, ranks(count + 1) * (length / count)[border])
     begin = np.arange(len(curve)) + curve
-    corners = np.empty((len(curve), 4, 2))
+    corners, right, left = np.empty((len(curve), 4, 2)), middle - half, middle + half
     across, ahead = np.sin(hdg), np.cos(hdg)
-    for k, (at, side) in enumerate(((begin, -1.0), (begin, 1.0), (begin + 1, 1.0), (begin + 1, -1.0))):
-        t = middle + side * half
+    for k, (at, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
         corners[:, k, 0] = x[at] - t * across[at]
         corners[:, k, 1] = y[at] + t * ahead[at]
     structure, layer = structures_at(problem, curve, s)
