@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import ranks, runs
+from osm2xodr.curves.ragged import blocks, ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Size of the grid's cells, m: a few times that of a piece of a carriageway.
@@ -34,11 +34,13 @@ def overlapping_pairs(
     comes once, with i < j, in ascending order. Pairs within one `group`, (n,), are left out where no other group is
     near.
     """
-    # Faster than along an axis of four.
-    first, second, third, fourth = (corners[:, k] for k in range(4))
-    low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
-    high = np.maximum(np.maximum(first, second), np.maximum(third, fourth))
-    return overlapping_boxes(np.concatenate([low.T, high.T]), probe, group)
+    box = np.empty((4, len(corners)))
+    for rows in blocks(len(corners)):
+        # Faster than along an axis of four.
+        first, second, third, fourth = (corners[rows, k] for k in range(4))
+        box[:2, rows] = np.minimum(np.minimum(first, second), np.minimum(third, fourth)).T
+        box[2:, rows] = np.maximum(np.maximum(first, second), np.maximum(third, fourth)).T
+    return overlapping_boxes(box, probe, group)
 
 
 def overlapping_boxes(box: FloatArray, probe: BoolArray, group: IntArray | None = None) -> tuple[IntArray, IntArray]:

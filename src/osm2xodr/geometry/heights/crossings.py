@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    blocks,
     lengths,
     overlap_depths,
     overlapping_boxes,
@@ -20,7 +21,6 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.heights.problem import (
-    ConnectorProblem,
     ProfileProblem,
     curve_spans,
     level_numbers,
@@ -28,7 +28,7 @@ from osm2xodr.geometry.heights.problem import (
     structures_at,
     wanted_clearances,
 )
-from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
 
 # Longest piece of a carriageway along its road, m: about the width of a lane.
 _PIECE: Final = 4.0
@@ -69,29 +69,40 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     length = lengths(plan)
     count = np.maximum(1, np.ceil(length / _PIECE)).astype(np.int64)
     curve = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    step = (length / count)[curve]
-    s = (ranks(count) + 0.5) * step
+    s = (ranks(count) + 0.5) * (length / count)[curve]
     span = curve_spans(problem, curve, s)
-    half, middle = _across(problem, connectors, curve, span)
-    # Pieces end where the next ones begin.
-    border = np.repeat(np.arange(len(length), dtype=np.int64), count + 1)
-    x, y, hdg = pose(plan, border, ranks(count + 1) * (length / count)[border])
-    begin = np.arange(len(curve)) + curve
-    corners, right, left = np.empty((len(curve), 4, 2)), middle - half, middle + half
-    across, ahead = np.sin(hdg), np.cos(hdg)
-    for k, (at, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
-        corners[:, k, 0] = x[at] - t * across[at]
-        corners[:, k, 1] = y[at] + t * ahead[at]
+    width, corners = _outlines(problem, plan, count, curve, span)
     structure, layer = structures_at(problem, curve, s)
     far = curve_spans(problem, curve, s, far=True)
     far_level = level_numbers(problem.span_structure[far], problem.span_layer[far])
-    return Carriageways(curve, s, corners, 2 * half, structure, layer, level_numbers(structure, layer), far_level)
+    return Carriageways(curve, s, corners, width, structure, layer, level_numbers(structure, layer), far_level)
 
 
-def _across(
-    problem: ProfileProblem, connectors: ConnectorProblem | None, curve: IntArray, span: IntArray
+def _outlines(
+    problem: ProfileProblem, plan: PlanView, count: IntArray, curve: IntArray, span: IntArray
 ) -> tuple[FloatArray, FloatArray]:
+    """Return width, (n,), and corners, (n, 4, 2), m, of the pieces on a span of a curve, `count` of each curve."""
+    # Pieces end where the next ones begin.
+    border = np.repeat(np.arange(len(count), dtype=np.int64), count + 1)
+    border_s = ranks(count + 1) * (lengths(plan) / count)[border]
+    width, corners = np.empty(len(curve)), np.empty((len(curve), 4, 2))
+    for rows in blocks(len(curve)):
+        at = np.arange(len(curve))[rows] + curve[rows]
+        these = slice(at[0], at[-1] + 2)
+        x, y, hdg = pose(plan, border[these], border_s[these])
+        half, middle = _across(problem, curve[rows], span[rows])
+        begin, right, left = at - at[0], middle - half, middle + half
+        across, ahead = np.sin(hdg), np.cos(hdg)
+        for k, (end, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
+            corners[rows, k, 0] = x[end] - t * across[end]
+            corners[rows, k, 1] = y[end] + t * ahead[end]
+        width[rows] = 2 * half
+    return width, corners
+
+
+def _across(problem: ProfileProblem, curve: IntArray, span: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return half the carriageway's width and t of its middle, (n,), m, of pieces on a span of a curve."""
+    connectors = problem.connectors
     half, middle = (side[span] for side in span_sides(problem))
     if connectors is not None:
         inside = curve >= len(problem.end_junction)
@@ -253,10 +264,13 @@ def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolAr
 
 def _longer_middles(ways: Carriageways, pieces: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return where middles of pieces begin and end, (n, 2), m, a little longer: two may cross where pieces meet."""
-    corners = ways.corners[pieces]
-    begin, end = 0.5 * (corners[:, 0] + corners[:, 1]), 0.5 * (corners[:, 2] + corners[:, 3])
-    more = _BEYOND * (end - begin)
-    return begin - more, end + more
+    begin, end = np.empty((2, len(pieces), 2))
+    for rows in blocks(len(pieces)):
+        corners = ways.corners[pieces[rows]]
+        first, last = 0.5 * (corners[:, 0] + corners[:, 1]), 0.5 * (corners[:, 2] + corners[:, 3])
+        more = _BEYOND * (last - first)
+        begin[rows], end[rows] = first - more, last + more
+    return begin, end
 
 
 def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
