@@ -46,7 +46,9 @@ _ANSWER: Final = ("status", "memory", "said", "laid_out")
 
 _PRELOADED: Final = (
     "osm2xodr.cli.convert",
-    "osm2xodr.pipeline",
+    "osm2xodr.library.converting",
+    "osm2xodr.library.corrections",
+    "osm2xodr.library.maps",
     "osm2xodr.batch.shared_frame",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",
@@ -54,9 +56,12 @@ _PRELOADED: Final = (
     "osm2xodr.furniture.objects",
     "osm2xodr.furniture.signs",
     "osm2xodr.xodrWriter.document",
+    "osm2xodr.xodrWriter.programmes_text",
+    "configparser",
     "pyproj",
     "rasterio.windows",
     "scipy.interpolate",
+    "scipy.ndimage",
     "scipy.sparse.csgraph",
 )
 
@@ -66,10 +71,7 @@ def main() -> None:
     # Standard output is for answers: what libraries print goes to standard error.
     answers = os.dup(1)
     os.dup2(2, 1)
-    for name in _PRELOADED:
-        # The conversion will report what is missing.
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
+    load()
     # Forks share what was loaded as long as they do not look through it for garbage.
     gc.freeze()
     fork: _Fork | None = None
@@ -86,6 +88,14 @@ def main() -> None:
         os.write(answers, json.dumps({key: answer[key] for key in _ANSWER}).encode() + b"\n")
     if fork is not None:
         fork.stop()
+
+
+def load() -> None:
+    """Load what conversions need."""
+    for name in _PRELOADED:
+        # The conversion will report what is missing.
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
 
 
 def _next_line() -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -69,6 +70,17 @@ def test_one_process_converts_area_after_area_until_one_fails(tmp_path: Path, ke
     assert used[4][0] != used[0][0]
     # Each has its own peak: that of the town is not the next one's.
     assert used[2][1] < used[1][1]
+
+
+def test_what_conversions_load_is_loaded_once_for_all(tmp_path: Path) -> None:
+    sample = Path(__file__).parents[3] / "data/samples/andorra_ordino"
+    words = ["convert", str(sample / "area.osm"), "--dem", str(sample / "dem.tif"), "-o", str(tmp_path / "a.xodr")]
+    script = (
+        "import sys; from osm2xodr.cli import area_server, main; area_server.load(); known = set(sys.modules);"
+        f" status = main({[*words, '-q', '--jobs', '1']}); print(status, sorted(set(sys.modules) - known))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "0 []\n"
 
 
 def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,8 +12,9 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import starts
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.viewing.picture.png import shapes_as_png
 from osm2xodr.viewing.picture.shapes import INK, SOFT, Line
 
@@ -39,38 +40,36 @@ def draw_thumbnail(xodr: Path) -> bytes:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{xodr} cannot be read: {reason}; check the path") from error
-    lines = _lines(text)
-    if not lines:
+    through, corners, start = _lines(text)
+    if not len(through):
         raise InputError(f"{xodr} has no roads that can be drawn; give a file that osm2xodr wrote")
-    corners = np.concatenate([corners for _, corners in lines])
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = _SIDE * (1.0 - 2.0 * _MARGIN) / max(float((high - low).max()), 1.0)
-    middle = 0.5 * (low + high)
-    shapes = [
-        Line(
-            0.5 * _SIDE + scale * (corners - middle) * (1.0, -1.0),
-            SOFT if through else INK,
-            _WIDTHS[through],
-        )
-        for through, corners in lines
-    ]
+    pixels = 0.5 * _SIDE + scale * (corners - 0.5 * (low + high)) * (1.0, -1.0)
     # Roads lie over the ways through junctions.
-    shapes.sort(key=lambda line: line.width)
+    order = np.argsort(~through, kind="stable").tolist()
+    begin, end = start[:-1].tolist(), start[1:].tolist()
+    shapes = [Line(pixels[begin[k] : end[k]], SOFT if through[k] else INK, _WIDTHS[int(through[k])]) for k in order]
     return shapes_as_png(shapes, _SIDE, _SIDE)
 
 
-def _lines(text: bytes) -> list[tuple[bool, FloatArray]]:
-    """Return the reference line of each road, (n, 2), m, and whether the road leads through a junction."""
-    roads = list(_ROAD.finditer(text))
-    bounds = [*(road.start() for road in roads), len(text)]
-    out = []
-    for road, begin, end in zip(roads, bounds, bounds[1:], strict=False):
-        plan_end = text.find(b"</planView>", begin, end)
-        records = np.array(
-            [found.groups() for found in _RECORD.finditer(text, begin, max(plan_end, begin))], np.float64
-        )
-        if len(records):
-            x, y, heading, length = records[-1, 1:]
-            last = x + length * np.cos(heading), y + length * np.sin(heading)
-            out.append((road[1] != b"-1", np.vstack([records[:, 1:3], last])))
-    return out
+def _lines(text: bytes) -> tuple[BoolArray, FloatArray, IntArray]:
+    """Return whether each road leads through a junction, (roads,), and the corners of its reference line.
+
+    These are (n, 2), m, and where those of each road begin, and the last ends, (roads + 1,).
+    """
+    roads, records = list(_ROAD.finditer(text)), list(_RECORD.finditer(text))
+    values = np.array([found.groups() for found in records], np.float64).reshape(-1, 5)
+    at = np.array([found.start() for found in records], np.int64)
+    count = np.diff(np.searchsorted(at, [*(road.start() for road in roads), len(text)]))
+    drawn = np.flatnonzero(count)
+    start = starts(count[drawn] + 1)
+    # Each line has the end of its last record as well.
+    x, y, heading, length = values[np.cumsum(count[drawn]) - 1, 1:].T
+    corners = np.empty((start[-1], 2))
+    ends = np.zeros(len(corners), bool)
+    ends[start[1:] - 1] = True
+    corners[~ends] = values[:, 1:3]
+    corners[ends] = np.column_stack([x + length * np.cos(heading), y + length * np.sin(heading)])
+    through = np.array([road[1] != b"-1" for road in roads], bool)
+    return through[drawn], corners, start
