@@ -98,6 +98,17 @@ def test_a_pose_straight_behind_is_met_by_a_line(off: float, turn: float) -> Non
     assert curve_length(plan, 0) == pytest.approx(5.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("turn", [0.0, 1e-14, 1e-13])
+def test_a_pose_behind_and_aside_in_the_same_heading_is_met_without_a_detour(turn: float) -> None:
+    one = Pose(3.55, 4.997, -1.669)
+    other = one.moved(-3.02, 0.0).beside(0.3)
+    other = Pose(other.x, other.y, other.hdg + turn)
+    plan = joined(one, other)
+    assert_joins(plan, one, other)
+    # Three arcs of 5 m that turn by a full circle in all, or more.
+    assert curve_length(plan, 0) < 100.0
+
+
 def test_a_curve_of_no_length_that_turns_is_a_point() -> None:
     poses = (Pose(0.0, 0.0, 0.0), Pose(2e-5, 0.0, 2.5)), (Pose(0.0, 0.0, 0.0), Pose(0.0, 9.0, math.pi))
     columns = np.array([[*vars(one).values(), *vars(other).values()] for one, other in poses]).T

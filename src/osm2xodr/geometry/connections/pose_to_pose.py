@@ -36,8 +36,9 @@ _LONGER_THAN_AN_ARC: Final = 0.07
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
 # centre. Curves that are drawn again begin and end as they did, so that what chords leave out adds up.
 _STRAIGHT_BELOW: Final = 5e-5
-# Two arcs whose tangents would be longer than this, m, do not meet.
-_LONGEST_TANGENT: Final = 1e7
+# Two arcs whose tangents would be longer than this, m, do not meet: to a pose behind in almost the same heading they
+# are a detour of kilometres, whose end is off by what rounding leaves of it.
+_LONGEST_TANGENT: Final = 1e4
 # Shorter records are left out, m.
 _SHORTEST_RECORD: Final = 1e-7
 # A curve whose heading at its end, or between two of its records, is off by more has missed it, rad.
