@@ -182,10 +182,16 @@ def assert_sound(roads: RoadMap) -> None:
     for k, road in enumerate(roads.roads):
         assert_smooth(roads.plan_view, k, MOVED_GAP, CLOSE if road.junction is None else 2 * TURN)
         _assert_lanes(measures, road)
+    assert_lanes_meet(roads)
+    _assert_every_lane_leads_on(measures)
+
+
+def assert_lanes_meet(roads: RoadMap) -> None:
+    """Check that lanes through junctions begin and end where, and as, those do that they are linked to."""
+    measures = RoadMeasures(roads)
     for road in roads.roads:
         if road.junction is not None:
             _assert_contact(measures, road)
-    _assert_every_lane_leads_on(measures)
 
 
 def _assert_lanes(measures: RoadMeasures, road: Road) -> None:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 from random_networks import RandomNetwork, random_network
 from real_readers import schema_errors
-from road_measures import assert_sound
+from road_measures import assert_lanes_meet, assert_sound
 from xodr_file import read_xodr
 from xodr_measure import above, broken_references, record_gaps, record_kinks, section_gaps, step_figures
 
@@ -57,6 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @given(SEEDS)
+@example(seed=500068)
 @example(seed=300010)
 @settings(max_examples=25)
 def test_every_network_is_sound(folder: Path, seed: int) -> None:
@@ -76,6 +77,12 @@ def test_every_network_is_sound(folder: Path, seed: int) -> None:
     assert above(steps.edge, 0.02) == []
     assert above(steps.heading, 0.01) == []
     assert above(steps.height, 0.01) == []
+
+
+@pytest.mark.parametrize("seed", [500226, 500355])
+def test_no_sidewalk_runs_backwards_between_arms_that_lie_on_each_other(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    assert_lanes_meet(converted(network, network.osm(), folder)[0])
 
 
 @given(SEEDS)

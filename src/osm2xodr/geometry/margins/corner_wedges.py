@@ -77,7 +77,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
         facing, np.maximum(first.ahead(*second.aside(width[:, None], np.zeros((len(width), 1)))), 0.0), 0.0
     )
     bend = (np.pi - angle) * (width / 2 + defaults.CORNER_TIP_RADIUS)
-    last = bend / (straight + bend)
+    last = np.divide(bend, straight + bend, out=np.ones(len(bend)), where=straight > 0.0)
     wide = np.minimum(share * (more - slack), width + _FOLD / smooth_step(last))
     wide = np.maximum(width, np.where(facing & uneven, _rounded(np.minimum(wide, first.full)), width))
     slope = np.where(facing, _GENTLER, _GENTLE)

@@ -24,7 +24,7 @@ from osm2xodr.curves import (
     smooth_step,
     wrapped,
 )
-from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, connect
+from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, connect, runs_backwards
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import at_probes, onto_lanes, onto_roads, probes
@@ -284,7 +284,10 @@ def _passable(
     parts: RoadParts,
     swing: float = defaults.CORNER_SWING,
 ) -> BoolArray:
-    """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
+    """Say which sidewalks keep off carriageways, and run ahead where they begin and end.
+
+    Those on curves of their own make no detours and do not fold either.
+    """
     plan = rows.plan_view
     (x0, y0, _), (x1, y1, _) = curve_ends(plan)
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
@@ -294,6 +297,7 @@ def _passable(
     whole, net = (np.bincount(owner, item, len(own)).astype(np.float64) for item in (np.abs(turn), turn))
     good &= whole - np.abs(wrapped(net)) <= swing
     good |= ~own
+    good &= ~runs_backwards(rows, parts)
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.
     half = at_probes(rows.entry_width, rows.exit_width) / 2
