@@ -79,8 +79,8 @@ def test_every_network_is_sound(folder: Path, seed: int) -> None:
     assert above(steps.height, 0.01) == []
 
 
-@pytest.mark.parametrize("seed", [500226, 500355])
-def test_no_sidewalk_runs_backwards_between_arms_that_lie_on_each_other(folder: Path, seed: int) -> None:
+@pytest.mark.parametrize("seed", [500226, 500355, 800106])
+def test_lanes_meet_between_arms_that_lie_on_each_other(folder: Path, seed: int) -> None:
     network = random_network(seed)
     assert_lanes_meet(converted(network, network.osm(), folder)[0])
 

@@ -36,8 +36,8 @@ _LONGER_THAN_AN_ARC: Final = 0.07
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
 # centre. Curves that are drawn again begin and end as they did, so that what chords leave out adds up.
 _STRAIGHT_BELOW: Final = 5e-5
-# Two arcs whose tangents would be longer than this, m, do not meet: to a pose behind in almost the same heading they
-# are a detour of kilometres, whose end is off by what rounding leaves of it.
+# Two arcs that would be longer than this, m, or their tangents, do not meet: to a pose behind in almost the same
+# heading they are circles of many kilometres, whose end is off by what rounding leaves of it.
 _LONGEST_TANGENT: Final = 1e4
 # Shorter records are left out, m.
 _SHORTEST_RECORD: Final = 1e-7
@@ -91,6 +91,7 @@ def connect(
     curvature = np.where(simple[:, None], simple_curvature, curvature)
     x, y, hdg, dx, dy = _starts(x0, y0, hdg0, length, curvature)
     missed = np.hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
+    missed |= length.max(axis=1) > _LONGEST_TANGENT
     straight = np.abs(curvature * length) < _STRAIGHT_BELOW
     hdg = np.where(straight, np.arctan2(dy, dx), hdg)
     length = np.where(straight, np.hypot(dx, dy), length)
