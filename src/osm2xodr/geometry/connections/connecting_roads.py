@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, runs, stack_plan_views, wrapped
+from osm2xodr.curves import chosen_curves, lengths, runs, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
@@ -138,11 +138,10 @@ class ConnectingRoads:
 
     def at_rows(self, rows: IntArray) -> ConnectingRoads:
         """Return those of some rows, in their order."""
-        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
         columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
         order = rows.tolist()
         columns |= {name: tuple(map(getattr(self, name).__getitem__, order)) for name in _TUPLES}
-        return ConnectingRoads(plan, **columns)
+        return ConnectingRoads(chosen_curves(self.plan_view, rows), **columns)
 
     def joined(self, *others: ConnectingRoads) -> ConnectingRoads:
         """Return these and others, the others behind."""

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    chosen_curves,
     curve_ends,
-    cut_curves,
     dubins_without_slivers,
     end_curvature,
     lengths,
@@ -195,7 +195,7 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
         x, y = x - t * np.sin(hdg), y + t * np.cos(hdg)
         poses += [x, y, hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     source = np.maximum(beside.row, 0)
-    plan = cut_curves(cars.plan_view, np.zeros(len(source)), cars.length[source], source)
+    plan = chosen_curves(cars.plan_view, source)
     plan = reverse_curves(plan, beside.back)
     alone = np.flatnonzero(beside.row < 0)
     if len(alone):
