@@ -69,35 +69,36 @@ def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
     length = lengths(plan)
     count = np.maximum(1, np.ceil(length / _PIECE)).astype(np.int64)
     curve = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    s = (ranks(count) + 0.5) * (length / count)[curve]
-    span = curve_spans(problem, curve, s)
-    width, corners = _outlines(problem, plan, count, curve, span)
+    step = length / count
+    s = (ranks(count) + 0.5) * step[curve]
+    half, middle = _across(problem, curve, curve_spans(problem, curve, s))
+    corners = _corners(plan, curve, count, step, middle - half, middle + half)
     structure, layer = structures_at(problem, curve, s)
     far = curve_spans(problem, curve, s, far=True)
     far_level = level_numbers(problem.span_structure[far], problem.span_layer[far])
-    return Carriageways(curve, s, corners, width, structure, layer, level_numbers(structure, layer), far_level)
+    return Carriageways(curve, s, corners, 2 * half, structure, layer, level_numbers(structure, layer), far_level)
 
 
-def _outlines(
-    problem: ProfileProblem, plan: PlanView, count: IntArray, curve: IntArray, span: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return width, (n,), and corners, (n, 4, 2), m, of the pieces on a span of a curve, `count` of each curve."""
+def _corners(
+    plan: PlanView, curve: IntArray, count: IntArray, step: FloatArray, right: FloatArray, left: FloatArray
+) -> FloatArray:
+    """Return the corners of pieces of curves from t `right` to `left`, both (n,), m; (n, 4, 2), m.
+
+    Each of the curves has `count` pieces, which are `step` long, m.
+    """
     # Pieces end where the next ones begin.
     border = np.repeat(np.arange(len(count), dtype=np.int64), count + 1)
-    border_s = ranks(count + 1) * (lengths(plan) / count)[border]
-    width, corners = np.empty(len(curve)), np.empty((len(curve), 4, 2))
+    border_s = ranks(count + 1) * step[border]
+    first, out = np.arange(len(curve)) + curve, np.empty((len(curve), 4, 2))
     for rows in blocks(len(curve)):
-        at = np.arange(len(curve))[rows] + curve[rows]
-        these = slice(at[0], at[-1] + 2)
-        x, y, hdg = pose(plan, border[these], border_s[these])
-        half, middle = _across(problem, curve[rows], span[rows])
-        begin, right, left = at - at[0], middle - half, middle + half
+        own = slice(first[rows][0], first[rows][-1] + 2)
+        x, y, hdg = pose(plan, border[own], border_s[own])
+        begin = first[rows] - own.start
         across, ahead = np.sin(hdg), np.cos(hdg)
-        for k, (end, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
-            corners[rows, k, 0] = x[end] - t * across[end]
-            corners[rows, k, 1] = y[end] + t * ahead[end]
-        width[rows] = 2 * half
-    return width, corners
+        for k, (at, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
+            out[rows, k, 0] = x[at] - t[rows] * across[at]
+            out[rows, k, 1] = y[at] + t[rows] * ahead[at]
+    return out
 
 
 def _across(problem: ProfileProblem, curve: IntArray, span: IntArray) -> tuple[FloatArray, FloatArray]:
