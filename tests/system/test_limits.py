@@ -140,6 +140,7 @@ def test_containers_bound_what_is_available(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(limits, "_CONTROL_GROUPS", tmp_path)
     (tmp_path / "memory.max").write_text("max\n")
     free = available_memory()
+    assert free is not None
     assert 10**8 < free <= os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     (tmp_path / "memory.max").write_text("123456789\n")
     assert available_memory() == 123456789

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from osm2xodr.errors import OutputError
-from osm2xodr.system import stream_to
+from osm2xodr.system import lock, stream_to
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +61,13 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
     try:
         for item in folders:
             item.mkdir(parents=True, exist_ok=True)
-        lock = os.open(path / ".state" / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+        held = os.open(path / ".state" / "lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"the folder {path} cannot be made or written: {reason}; choose another -o") from error
     try:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise OutputError(f"another batch works in {path}; wait for its end, or choose another -o") from None
+        if not lock(held, wait=False):
+            raise OutputError(f"another batch works in {path}; wait for its end, or choose another -o")
         # Killed processes may have left these half-written.
         for part in (
             *(part for item in folders for part in item.glob(".osm2xodr-*.part")),
@@ -82,7 +79,7 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
         # The file of the lock stays: removing it could remove that of the next batch.
         with contextlib.suppress(OSError):  # It is not empty
             (path / ".cuts").rmdir()
-        os.close(lock)
+        os.close(held)
 
 
 def write_if_changed(path: Path, document: dict[str, Any]) -> None:

@@ -4,20 +4,23 @@ It has loaded all that conversions need, so that a fork starts at once. The fork
 it crashes or is killed for lack of memory, the next area gets a new one. The process reads a line of JSON per area
 from standard input, the list of arguments of ``osm2xodr`` and whether the next area is of the same block, whose roads
 the fork then keeps; and answers with a line on standard output. When standard input ends, because the process that
-started it has ended, it stops the running conversion and ends.
+started it has ended, it stops the running conversion and ends. Where the system has no forks, the process converts
+the areas itself, and ends after one that may have left something behind.
 """
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import gc
 import importlib
 import json
 import os
-import resource
+import queue
 import select
 import signal
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -72,6 +75,9 @@ def main() -> None:
     answers = os.dup(1)
     os.dup2(2, 1)
     load()
+    if not hasattr(os, "fork"):
+        _convert_here(answers)
+        return
     # Forks share what was loaded as long as they do not look through it for garbage.
     gc.freeze()
     fork: _Fork | None = None
@@ -88,6 +94,33 @@ def main() -> None:
         os.write(answers, json.dumps({key: answer[key] for key in _ANSWER}).encode() + b"\n")
     if fork is not None:
         fork.stop()
+
+
+def _convert_here(answers: int) -> None:
+    """Convert areas in this process until standard input ends, or one has left something behind."""
+    layouts = Layouts()
+    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(lines,), daemon=True).start()
+    while line := lines.get():
+        with tempfile.TemporaryFile() as said:
+            os.dup2(said.fileno(), 2)
+            answer = _run(json.loads(line), layouts, 0, None)
+            said.seek(max(0, said.seek(0, os.SEEK_END) - _KEPT))
+            answer["said"] = said.read().decode("utf-8", "replace")
+        os.write(answers, json.dumps({key: answer[key] for key in _ANSWER}).encode() + b"\n")
+        if not answer["goes_on"]:
+            return
+
+
+def _read(lines: queue.SimpleQueue[bytes]) -> None:
+    """Hand over the requests; at the end of standard input stop the conversion that runs."""
+    with open(0, "rb", closefd=False) as requests:
+        for line in requests:
+            lines.put(line)
+    lines.put(b"")
+    _thread.interrupt_main(signal.SIGTERM)
+    time.sleep(_STOP_GRACE)
+    os._exit(1)
 
 
 def load() -> None:
@@ -250,9 +283,16 @@ def _forget_peak() -> bool:
 
 
 def _peak() -> int:
-    """Return the peak memory of this process, bytes."""
+    """Return the peak memory of this process, bytes; 0 where the system does not tell."""
     measured = _status("VmHWM")
-    return _KIBIBYTE * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss if measured is None else measured
+    if measured is not None:
+        return measured
+    # Here, because Windows does not have it.
+    try:
+        import resource
+    except ImportError:
+        return 0
+    return _KIBIBYTE * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def _data_size() -> int | None:

@@ -26,6 +26,7 @@ from osm2xodr import __version__
 from osm2xodr.cli.options import Session
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import (
+    ENDING_SIGNALS,
     ONE_THREAD_ENVIRONMENT,
     occupy_closed_streams,
     patient_standard_error,
@@ -181,7 +182,7 @@ def _signals() -> Iterator[None]:
         raise _Terminated
 
     before = {}
-    for number in (signal.SIGTERM, signal.SIGHUP):
+    for number in ENDING_SIGNALS:
         # Only the main thread may set handlers, and signals that are ignored (nohup) stay ignored.
         with contextlib.suppress(ValueError):
             if signal.getsignal(number) is signal.SIG_DFL:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from osm2xodr.fetching.models import ElevationModel, choose_models, read_models
 from osm2xodr.fetching.options import FetchOptions
 from osm2xodr.fetching.place import Place
 from osm2xodr.fetching.sources import sources_text
-from osm2xodr.system import make_folder, stream_to
+from osm2xodr.system import lock, make_folder, stream_to
 
 _SOURCES = "SOURCES.md"
 
@@ -72,12 +71,10 @@ def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
 def _alone(options: FetchOptions) -> Iterator[None]:
     """Wait for another fetch with the same cache: servers are asked by one at a time, and files grow by one."""
     try:
-        with (options.cache_dir / "lock").open("ab") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+        with (options.cache_dir / "lock").open("ab") as held:
+            if not lock(held.fileno(), wait=False):
                 options.network.note("another fetch uses the cache; this one goes on when that has ended")
-                fcntl.flock(lock, fcntl.LOCK_EX)
+                lock(held.fileno(), wait=True)
             yield
     except PermissionError as error:
         raise OutputError(f"{options.cache_dir} cannot be written; choose another folder with --cache") from error

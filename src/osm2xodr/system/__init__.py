@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         check_target as check_target,
         complete as complete,
         label as label,
+        lock as lock,
         make_folder as make_folder,
         remove_made as remove_made,
         settle as settle,
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     )
     from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
     from osm2xodr.system.limits import (
+        ENDING_SIGNALS as ENDING_SIGNALS,
         LEAST_MEMORY as LEAST_MEMORY,
         LimitError as LimitError,
         TimeLimitError as TimeLimitError,
@@ -56,6 +58,7 @@ __getattr__ = lazy_exports(
             "check_target",
             "complete",
             "label",
+            "lock",
             "make_folder",
             "remove_made",
             "settle",
@@ -65,6 +68,7 @@ __getattr__ = lazy_exports(
         ),
         "folders": ("atomic_folder", "check_folder"),
         "limits": (
+            "ENDING_SIGNALS",
             "LEAST_MEMORY",
             "LimitError",
             "TimeLimitError",

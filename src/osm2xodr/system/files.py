@@ -9,18 +9,22 @@ from __future__ import annotations
 import contextlib
 import errno
 import gzip
+import importlib
 import os
 import secrets
 import stat
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, Final, Protocol, cast
+from typing import Any, BinaryIO, Final, Protocol, cast
 
 from osm2xodr.errors import OutputError
 
 # The first bytes of gzip (RFC 1952, 2.3.1).
 _GZIP: Final = b"\x1f\x8b"
+# How often a lock is tried that another process holds, where the system cannot wait for it, s.
+_LOCK_CHECK: Final = 0.2
 
 
 class ByteSink(Protocol):
@@ -76,6 +80,8 @@ def atomic_output(path: Path) -> Iterator[BinaryIO]:
         with _temporary(target) as (stream, name):
             yield stream
             settle(stream)
+            # Windows renames no file that is open.
+            stream.close()
             name.replace(target)
         _sync_folder(target.parent)
     except OSError as error:
@@ -135,6 +141,41 @@ def remove_made(path: Path, head: bytes) -> None:
         ) from error
 
 
+def lock(descriptor: int, *, wait: bool) -> bool:
+    """Lock an open file until it is closed, and return whether that could be: another process may hold it.
+
+    With `wait` it waits for the other process. Where the system has no locks, it is as if nobody held one.
+    """
+    # Here, because only some systems have them.
+    try:
+        import fcntl
+    except ImportError:
+        return _lock_on_windows(descriptor, wait=wait)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _lock_on_windows(descriptor: int, *, wait: bool) -> bool:
+    """Lock the first byte of a file; see `lock`."""
+    try:
+        msvcrt: Any = importlib.import_module("msvcrt")
+    except ImportError:
+        return True
+    while True:
+        try:
+            os.lseek(descriptor, 0, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            if not wait:
+                return False
+            time.sleep(_LOCK_CHECK)
+        else:
+            return True
+
+
 def make_folder(path: Path) -> None:
     """Make a folder and those above it where they are missing; `OutputError` says why that cannot be."""
     try:
@@ -162,6 +203,9 @@ def _temporary(target: Path) -> Iterator[tuple[BinaryIO, Path]]:
 
 def _copy_permissions(target: Path, descriptor: int) -> None:
     """Give a new file the owner and the permissions of the one that it replaces."""
+    # Windows has neither.
+    if not hasattr(os, "fchown"):
+        return
     with contextlib.suppress(FileNotFoundError):
         old = target.stat()
         with contextlib.suppress(PermissionError):

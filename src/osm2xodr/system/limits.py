@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import importlib.util
 import os
 import re
 import select
@@ -26,6 +27,8 @@ _GRACE: Final = 3.0
 _CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 # When the end is tried again if Python dropped it, s.
 _AGAIN: Final = 0.01
+# What asks a process to end, as far as the system has it: Windows has no SIGHUP.
+ENDING_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 class LimitError(Osm2xodrError):
@@ -59,11 +62,13 @@ def parse_duration(text: str) -> float:
     return seconds
 
 
-def available_memory() -> int:
+def available_memory() -> int | None:
     """Return how much memory this process and its children may still take, bytes: of the machine and its container.
 
-    Where the system tells only how much there is, it is that.
+    Where the system tells only how much there is, it is that; None where memory cannot be bounded.
     """
+    if importlib.util.find_spec("resource") is None:
+        return None
     found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
@@ -80,7 +85,7 @@ def limited(memory: int | None, seconds: float | None) -> Iterator[None]:
     """Bound the memory and time of a block; None for no bound.
 
     `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `LimitError`
-    says that they were not enough, or that the system cannot bound memory.
+    says that they were not enough, or that the system cannot bound them.
     """
     with _memory_limit(memory), _time_limit(seconds):
         try:
@@ -119,6 +124,8 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
     if seconds is None:
         yield
         return
+    if not hasattr(signal, "setitimer"):
+        raise LimitError("this system cannot bound time; leave --timeout out")
 
     message = (
         f"it takes longer than --timeout {seconds:g} s; allow more, choose a smaller area, or give only --ways major"
@@ -174,7 +181,7 @@ def _hard_end(seconds: float, message: str) -> Iterator[None]:
 def _watch(ours: int, theirs: int, seconds: float, message: str) -> NoReturn:
     """Print the message if the parent still runs after `seconds`; then it is about to be killed."""
     try:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        for number in (signal.SIGINT, *ENDING_SIGNALS):
             signal.signal(number, signal.SIG_IGN)
         os.close(theirs)
         if not select.select([ours], [], [], seconds)[0]:
@@ -192,6 +199,8 @@ def release_memory() -> None:
     # Here, because most commands do not need it.
     import ctypes
 
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
+    # Without a name Windows has no library to open.
+    with contextlib.suppress(TypeError, OSError):
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+        if trim is not None:
+            trim(0)

@@ -19,6 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.system.limits import ENDING_SIGNALS
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -147,7 +148,7 @@ def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int
 def _run(work: Callable[[], Iterable[T]], sender: Connection, parent: int) -> None:
     """Send the values of some work to the parent, or the error that ends it."""
     # The parent reports an interruption; copies just end.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGINT, *ENDING_SIGNALS):
         signal.signal(number, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     # The pipe is broken if the parent was killed.

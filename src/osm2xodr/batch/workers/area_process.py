@@ -65,7 +65,8 @@ class _Server:
 
     def __init__(self) -> None:
         self.thread = 0  # Which one has asked it last
-        # In a session of its own: Ctrl-C at the terminal reaches the batch alone, which stops its areas in order.
+        # In a session of its own (on Windows a group): Ctrl-C at the terminal reaches the batch alone, which stops
+        # its areas in order.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "osm2xodr.cli.area_server"],
             stdin=subprocess.PIPE,
@@ -73,6 +74,7 @@ class _Server:
             stderr=subprocess.DEVNULL,
             env=area_environment(),
             start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
 
     def ask(self, arguments: Sequence[str], *, more: bool) -> dict[str, Any] | None:
@@ -109,7 +111,9 @@ class _Server:
 
     def _end_forks(self) -> None:
         """End what a killed server has left behind, which would go on to write files."""
-        # They are of its session; there is no such group when all have ended.
+        # They are of its session; there is no such group when all have ended, and without forks there are none.
+        if not hasattr(os, "killpg"):
+            return
         with contextlib.suppress(ProcessLookupError):
             for number in (signal.SIGTERM, signal.SIGKILL):
                 os.killpg(self._process.pid, number)

@@ -27,7 +27,8 @@ def on_this_machine(
     As `running`; `batch` is the id of the batch.
     """
     if memory is None:
-        memory = max(available_memory() // count, LEAST_MEMORY)
+        free = available_memory()
+        memory = 0 if free is None else max(free // count, LEAST_MEMORY)
     todo: queue.SimpleQueue[list[AreaJob]] = queue.SimpleQueue()
     for block in blocks_of(jobs):
         todo.put([dataclasses.replace(job, batch=batch, memory=memory) for job in block])
