@@ -10,7 +10,7 @@ def test_presets_grow() -> None:
     major, drivable, everything = (PRESETS[name].highways for name in ("major", "drivable", "all"))
     assert major < drivable < everything
     assert sorted(drivable - major) == ["living_street", "residential", "road", "service", "unclassified"]
-    assert sorted(everything - drivable) == ["track"]
+    assert sorted(everything - drivable) == ["busway", "raceway", "track"]
     assert sorted(major) == sorted(
         f"{name}{link}"
         for name in ("motorway", "trunk", "primary", "secondary", "tertiary")

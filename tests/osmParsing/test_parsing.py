@@ -34,13 +34,13 @@ NODES = {1: (0.0, 0.0), 2: (100.0, 0.0), 3: (200.0, 0.0)}
         (
             Area(NODES, {20: ([1, 2], "highway=footway"), 21: ([2, 3], "highway=residential access=private")}),
             (
-                "has no way to drive on, all 2 ways with highway=* are left out; --ways all reads more kinds of "
-                "ways, --include-private reads the 1 that are closed to cars"
+                "has no way to drive on: 1 footway, 1 residential left out; "
+                "--include-private reads the 1 that are closed to cars"
             ),
         ),
         (
             Area(NODES, {20: ([1, 2], "highway=track")}),
-            "has no way to drive on, all 1 ways with highway=* are left out; --ways all reads more kinds of ways",
+            "has no way to drive on: 1 track left out; --ways track reads more of them",
         ),
         (
             Area({1: (0.0, 0.0)}, {20: ([8, 9], "highway=primary")}),

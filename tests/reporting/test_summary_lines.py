@@ -89,7 +89,7 @@ def test_there_are_never_more_than_ten_lines(network: Conversion) -> None:
         assert used + len(lines) == 10
         left = len(harmful) + 1 - (len(lines) - 5)
         assert lines[-2] == f"  and {left} kinds more: -v"
-        assert lines[3].startswith("  dem-gap: xxx")
+        assert lines[3].startswith("  partial-map: xxx")
         assert max(map(len, lines)) < 160
 
 

@@ -134,6 +134,7 @@ class KeptCuts:
             item.area.where,
             parts,
             self._scenes,
+            "--allow-partial" in item.area.options,
         )
 
     def _known(self, name: str, item: PlannedArea, mark: Mark) -> dict[str, int] | None:

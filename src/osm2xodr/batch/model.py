@@ -43,6 +43,7 @@ class CutRequest:
     # Areas that it consists of, by name, whose ways are to be counted; none where it is one area
     parts: Mapping[str, Outline] = field(default_factory=dict)
     surroundings: bool = False  # Whether buildings and water, which only scenes have, are cut out as well
+    allow_partial: bool = False  # Whether the map may be one of which its server says that it is not whole
 
 
 class Status(str, Enum):

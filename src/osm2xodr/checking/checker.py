@@ -14,7 +14,7 @@ from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
-from osm2xodr.system import Task, available_jobs, stage, unpacked
+from osm2xodr.system import Task, available_jobs, stage, xml_stream
 
 # Bytes that are read at once; headers are shorter.
 _CHUNK: Final = 1 << 16
@@ -78,7 +78,7 @@ def _head(path: Path) -> str:
         return ""
     data = b""
     with path.open("rb") as file:
-        stream = unpacked(file)
+        stream = xml_stream(file)
         while b"<road" not in data and (chunk := stream.read(_CHUNK)):
             data += chunk
     return data.partition(b"<road")[0].decode("utf-8", "replace")

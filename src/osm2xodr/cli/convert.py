@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from osm2xodr.reporting import Conversion, Line, Written
 
 _MEGABYTE = 1e6
-_MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2"})
+_MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2", ".xz", ".zst"})
 _COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
 # In --help these stand after the options that only the command line has.
 _LAST = ("frame", "tile", "jobs")
@@ -132,7 +132,10 @@ def convert(
     quiet: bool,
     **values: Any,
 ) -> int:
-    """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf; - for standard input), to OpenDRIVE."""
+    """Convert AREA, an OpenStreetMap file (.osm, .osm.pbf, or packed: .osm.gz, .bz2, .xz, .zip, .zst), to OpenDRIVE.
+
+    - stands for standard input.
+    """
     session.verbose = verbose
     options = given_options(values)
     for option, wanted in (("--check", check), ("--html", html is not None)):

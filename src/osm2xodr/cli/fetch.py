@@ -68,6 +68,9 @@ Exit status: 0 written, 1 cannot fetch, 2 wrong usage, 130 interrupted.""",
     is_flag=True,
     help="Fetch no buildings and no water, which only scenes and the 3D view of reports show.",
 )
+@click.option(
+    "--allow-partial", is_flag=True, help="Take what there is of an --extract that its server did not send in full."
+)
 @click.option("--pbf", is_flag=True, help="Write area.osm.pbf instead of area.osm.")
 @click.option(
     "--cache",
@@ -166,6 +169,7 @@ def _fetch_options(options: dict[str, Any], progress: _Progress) -> FetchOptions
         dem=not options["no_dem"],
         surroundings=not options["no_surroundings"],
         pbf=options["pbf"],
+        allow_partial=options["allow_partial"],
         age=0.0 if options["refresh"] else options["max_age"],
         overwrite=options["overwrite"],
         network=network,

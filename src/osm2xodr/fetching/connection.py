@@ -16,12 +16,12 @@ import urllib.error
 import urllib.parse
 import urllib.request
 from collections.abc import Callable, Iterator, Mapping
-from html import unescape
 from typing import Any, Final, TypeVar
 
 from osm2xodr.errors import OptionError
 from osm2xodr.fetching.defaults import LEAST_RATE, USER_AGENT
 from osm2xodr.fetching.options import Network, ServerError
+from osm2xodr.system import plain_text
 
 _Read = TypeVar("_Read")
 Response = Any  # An answer, `http.client.HTTPResponse`
@@ -30,10 +30,9 @@ Response = Any  # An answer, `http.client.HTTPResponse`
 _BUSY: Final = frozenset({408, 429, 500, 502, 503, 504})
 # Longest pause that a server may ask for, s; a choice. Beyond it the user should decide.
 _WAIT_MAX: Final = 600.0
-# Bytes that are read at a time, and of an answer that is an error; and how much of it is quoted, characters.
+# Bytes that are read at a time, and of an answer that is an error.
 _CHUNK: Final = 1 << 16
 _ERROR_READ: Final = 1 << 14
-_QUOTED: Final = 160
 
 
 class _AgainError(Exception):
@@ -234,17 +233,3 @@ def shown(url: str) -> str:
     """Return an address for messages, without a query and without a password."""
     parts = urllib.parse.urlsplit(url)
     return urllib.parse.urlunsplit((parts.scheme, host(url), parts.path, "", ""))
-
-
-def is_page(head: bytes) -> bool:
-    """Return whether content begins like a web page."""
-    start = head[:1024].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
-    return start.startswith((b"<!doctype html", b"<html")) or b"<html" in start
-
-
-def plain_text(content: bytes) -> str:
-    """Return the beginning of what a page says to people."""
-    text = content.decode("utf-8", "replace")
-    body = re.sub(r"(?is)<(script|style|head)\b.*?</\1\s*>|<\?.*?\?>|<!--.*?-->|<[^>]*>", " ", text)
-    words = " ".join("".join(sign if sign.isprintable() else " " for sign in unescape(body)).split())
-    return words if len(words) <= _QUOTED else words[: _QUOTED - 3].rstrip() + "..."

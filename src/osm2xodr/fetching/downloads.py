@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr.errors import OutputError
-from osm2xodr.fetching.connection import Connection, Response, again, host, is_page, plain_text, shown
+from osm2xodr.fetching.connection import Connection, Response, again, host, shown
 from osm2xodr.fetching.options import ServerError
-from osm2xodr.system import appended, complete, make_folder, stream_to
+from osm2xodr.system import appended, complete, is_page, make_folder, plain_text, stream_to
 
 # Bytes that show what a file is.
 _HEAD: Final = 4096

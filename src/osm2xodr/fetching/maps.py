@@ -90,7 +90,9 @@ def _from_extract(
 def _cut(path: Path, place: Place, work: Path, source: str, options: FetchOptions) -> Path:
     """Cut the area out of a map."""
     target = work / "cut.osm.pbf"
-    request = replace(place.cut_request(target), surroundings=options.surroundings)
+    request = replace(
+        place.cut_request(target), surroundings=options.surroundings, allow_partial=options.allow_partial
+    )
     if not cut_areas(path, [request])[request.name]:
         raise InputError(f"{source} has no way that cars can drive on in {place.text}; choose another area")
     return target

@@ -83,6 +83,7 @@ class FetchOptions:
     dem: bool = True  # Whether elevation models are
     surroundings: bool = True  # Whether the map has the buildings and the water of scenes
     pbf: bool = False  # Whether the map is written as ``area.osm.pbf`` rather than ``area.osm``
+    allow_partial: bool = False  # Whether the extract may be one of which its server says that it is not whole
     age: float = CACHE_AGE  # How old a map in the cache may be, s; 0 fetches everything anew
     overwrite: bool = False  # Whether files that exist are replaced
     network: Network = field(default_factory=Network)

@@ -16,13 +16,13 @@ from typing import Final
 from xml.etree import ElementTree
 
 from osm2xodr.errors import InputError
-from osm2xodr.fetching.connection import Connection, Response, again, host, is_page, plain_text, shown
+from osm2xodr.fetching.connection import Connection, Response, again, host, shown
 from osm2xodr.fetching.downloads import key_of
 from osm2xodr.fetching.options import FetchOptions, ServerError
 from osm2xodr.fetching.place import Box
 from osm2xodr.fetching.queries import QUERY_TIME, area_query, count_query
 from osm2xodr.osmParsing import open_osm_file
-from osm2xodr.system import make_folder, stream_to
+from osm2xodr.system import is_page, make_folder, plain_text, stream_to
 
 # Ways and nodes of a part, about 100 MB of text; larger ones are split. And of the whole area: beyond it an extract
 # is less work for everybody. Choices.
@@ -54,6 +54,7 @@ class _Overpass:
         self._age = options.age
         self._surroundings = options.surroundings
         self._folder = folder
+        self.said = ""  # What a server has last said of a part that is too large for it
 
     def count(self, box: Box) -> int:
         """Return the number of elements in a box; `_TooLargeError` if the server cannot give it."""
@@ -180,7 +181,10 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
         elif depth < _SPLITS_MAX:
             todo += [(quarter, depth + 1) for quarter in reversed(_quarters(part))]
         else:
-            raise ServerError("the servers given with --overpass cannot give even a small part of it; give others")
+            raise ServerError(
+                f"the servers given with --overpass cannot give even a small part of it ({overpass.said}); "
+                "give others"
+            )
     return parts
 
 
@@ -195,7 +199,8 @@ def _part(overpass: _Overpass, box: Box, whole: bool, surroundings: bool) -> Pat
                 "--extract, such as one of download.geofabrik.de"
             )
         return None if count > _PART_MAX else overpass.area(box)
-    except _TooLargeError:
+    except _TooLargeError as error:
+        overpass.said = str(error)
         return None
 
 

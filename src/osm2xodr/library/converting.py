@@ -48,7 +48,7 @@ def convert(
     Parameters
     ----------
     area
-        OpenStreetMap file: ``.osm``, ``.osm.gz``, ``.osm.bz2`` or ``.osm.pbf``.
+        OpenStreetMap file: ``.osm`` or ``.osm.pbf``, also packed by gzip, bzip2, xz, zip or (Python 3.14) zstd.
     dem
         Elevation model, or several of them: files, patterns such as ``dem/*.tif`` and folders of GeoTIFF, HGT, ASC,
         IMG, VRT or zip archives, in any coordinate reference system. Without any the world is flat, at height 0.
@@ -151,6 +151,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             furniture=furniture.enabled,
             extra_objects=furniture.extra_objects,
             default_speeds=not options.no_default_speeds,
+            allow_partial=options.allow_partial,
             corrections=corrections,
             guessed_sidewalks=not options.no_guessed_sidewalks,
             guessed_shoulders=not options.no_guessed_shoulders,

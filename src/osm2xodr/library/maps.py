@@ -82,7 +82,9 @@ def _cut_out(source: Path, target: Path, options: ConvertOptions) -> None:
     if options.corrections is not None:
         kept = read_corrections(Path(options.corrections)).kept_ways()
     whole = place.cut_request(target)
-    request = dataclasses.replace(whole, ways=ways, include_private=options.include_private, kept=kept)
+    request = dataclasses.replace(
+        whole, ways=ways, include_private=options.include_private, kept=kept, allow_partial=options.allow_partial
+    )
     if not any(cut_areas(source, [request]).values()):
         raise EmptyAreaError(f"there is nothing to drive on in this part of {source}; give another area")
 

@@ -163,7 +163,10 @@ class ConvertOptions:
         "Unit of heights of elevation models that do not say theirs, such as ft or us-ft.  [default: m]",
         metavar="UNIT",
     )
-    allow_partial: bool = _flag("Accept elevation models that cover less than half of the roads.")
+    allow_partial: bool = _flag(
+        "Accept elevation models that cover less than half of the roads, and maps that their server did not send in"
+        " full."
+    )
     fail_below_coverage: float | None = _option(
         "Fail if elevation models cover less than this share of the roads, 0 to 1.  [default: half of them]",
         float,
@@ -311,7 +314,7 @@ def refused(option: str) -> Iterator[None]:
 def area_name(area: Path) -> str:
     """Return the name of a file without the endings of OSM files."""
     name = "standard_input" if area == STANDARD_OUTPUT else area.name
-    for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
+    for ending in (".gz", ".bz2", ".xz", ".zip", ".zst", ".osm", ".pbf", ".xml", ".osm"):
         name = name.removesuffix(ending)
     return name
 

@@ -15,10 +15,10 @@ _MAJOR: Final = frozenset(
     f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
 )
 _DRIVABLE: Final = _MAJOR | {"unclassified", "residential", "living_street", "service", "road"}
-_ALL: Final = _DRIVABLE | {"track"}
+_ALL: Final = _DRIVABLE | {"track", "busway", "raceway"}
 
 # All values of ``highway`` that can be asked for: roads wide enough for cars.
-HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
+HIGHWAYS: Final = _ALL | {"pedestrian"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,7 @@ class ParseOptions:
     guessed_sidewalks: bool = True  # Whether streets in towns get sidewalks where no tag says anything of any
     guessed_shoulders: bool = True  # Likewise hard shoulders beside motorways
     frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
+    allow_partial: bool = False  # Whether a map may be read of which its server says that it is not whole
     corrections: Corrections = field(default_factory=Corrections)  # What the user knows better than OSM
 
     def __post_init__(self) -> None:

@@ -49,7 +49,7 @@ from osm2xodr.osmParsing.roadside import (
     with_guessed_shoulders,
     with_guessed_sidewalks,
 )
-from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
+from osm2xodr.osmParsing.selection import read_selected_ways, report_file, report_unused_nodes, why_no_streets
 from osm2xodr.osmParsing.tags import (
     is_transition,
     node_heights,
@@ -76,7 +76,7 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
     Parameters
     ----------
     path
-        An OSM file: .osm, .osm.gz, .osm.bz2 or .osm.pbf, recognised by its content.
+        An OSM file: .osm, .osm.pbf, or packed (gzip, bzip2, xz, zip, zstd), recognised by its content.
     options, diagnostics
         What to read of it; what gets the guesses, losses and repairs.
 
@@ -93,6 +93,7 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
 
 def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
     file = open_osm_file(path)
+    file.require_whole(options.allow_partial)
     extra = options.extra_objects if options.furniture else frozenset()
     ways, beside, relations, asked = read_selected_ways(file, options, extra, diagnostics)
     if not ways:
@@ -100,6 +101,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     ways = with_one_flow(ways, diagnostics)
     corrections = options.corrections
     nodes = correct_nodes(_read_nodes(file, [*ways, *beside], options.furniture, extra), corrections, diagnostics)
+    report_file(file, diagnostics)
     frame, points, pieces, same_node = _cut_ways(path, ways, nodes, options.frame, diagnostics)
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)

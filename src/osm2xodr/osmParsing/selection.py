@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence, Set
 from typing import Final
 
-from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.osmParsing.corrections import correct_relations, correct_ways, keep_way, kept_ways
 from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
@@ -29,6 +29,8 @@ _OPEN_BARRIERS: Final = frozenset({"no", "entrance", "kerb"})
 _TRACK_CROSSINGS: Final = frozenset({"level_crossing", "tram_level_crossing"})
 # Longest value of a tag quoted in a message, characters.
 _QUOTED_MAX: Final = 40
+# Kinds of ways that are named where none of them becomes a street; the rest of a map are less.
+_KINDS_NAMED: Final = 5
 
 
 def read_selected_ways(
@@ -135,19 +137,43 @@ def report_unused_nodes(node_tags: Mapping[int, Mapping[str, str]], diagnostics:
             diagnostics.dropped("street-node", f"node/{number}", words)
 
 
+def report_file(file: OsmFile, diagnostics: Diagnostics) -> None:
+    """Report what is wrong with a file as a whole, and what stands in it more than once."""
+    if file.remark:
+        diagnostics.dropped("partial-map", "", f"{file.path} is not whole, as its server says ({file.remark})")
+    content = file.content
+    if content.odd:
+        words = f"{file.path} is not written as OSM's files are ({content.odd}); what streets need of it is read"
+        diagnostics.note("file-form", "", words)
+    for osm_id, what in sorted(content.repeated.items()):
+        diagnostics.dropped("repeated-element", osm_id, f"it stands in the file more than once, {what}")
+    words = "in several versions: the newest is taken"
+    diagnostics.count(Kind.NOTE, "repeated-element", sorted(content.several_versions), "element", words)
+
+
 def why_no_streets(file: OsmFile, asked: Sequence[RawWay], options: ParseOptions) -> str:
     """Return one sentence on why there is no street; `asked` are all ways of the kinds asked for."""
-    nodes, highways = count_contents(file)
-    if not nodes and not highways:
-        return f"{file.path} has no nodes and no ways; check the area that it covers"
-    if not highways:
+    contents = count_contents(file)
+    if contents.lanelets:
+        return (
+            f"{file.path} is a map of Lanelet2 ({counted(contents.lanelets, 'lanelet')}), which has lanes already "
+            "and no streets; osm2xodr reads OpenStreetMap's own data"
+        )
+    if not contents.nodes and not contents.highways:
+        said = f", and its server says: {file.remark}" if file.remark else ""
+        return f"{file.path} has no nodes and no ways{said}; check the area that it covers"
+    if not contents.highways:
         return f"{file.path} has no ways with highway=*; export the area with its roads"
+    kinds = sorted(contents.highways.items(), key=lambda item: (-item[1], item[0]))
+    named = ", ".join(f"{count:,} {_short(kind)}" for kind, count in kinds[:_KINDS_NAMED])
+    left_out = f"{file.path} has no way to drive on: {named}{', ...' if kinds[_KINDS_NAMED:] else ''} left out"
     reasons = Counter(
         reason[0] for way in asked if (reason := reason_left_out(way.tags, options.ways, options.include_private))
     )
-    remedies = ["--ways all reads more kinds of ways"]
+    more = sorted(kind for kind in contents.highways if kind in HIGHWAYS - options.ways.highways)
+    remedies = [f"--ways {','.join(more)} reads more of them"] if more else []
+    if reasons["way-selection"]:
+        remedies.append("--ways all reads more of them")
     if reasons["closed"] and not options.include_private:
         remedies.append(f"--include-private reads the {reasons['closed']} that are closed to cars")
-    return (
-        f"{file.path} has no way to drive on, all {highways} ways with highway=* are left out; {', '.join(remedies)}"
-    )
+    return f"{left_out}; {' and '.join(remedies) or 'give an area with streets'}"

@@ -8,7 +8,7 @@ from lxml import etree
 
 from osm2xodr.errors import InputError
 from osm2xodr.parts.records import Element
-from osm2xodr.system import ByteSink, unpacked
+from osm2xodr.system import ByteSink, xml_stream
 
 
 def read_tree(path: Path) -> Element:
@@ -16,7 +16,7 @@ def read_tree(path: Path) -> Element:
     try:
         parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True, remove_blank_text=True)
         with path.open("rb") as stream:
-            root = etree.parse(unpacked(stream), parser).getroot()
+            root = etree.parse(xml_stream(stream), parser).getroot()
     except (OSError, EOFError, etree.XMLSyntaxError) as error:
         raise InputError(f"cannot read {path}: {error}; give a file of OpenDRIVE") from error
     if "}" in root.tag:

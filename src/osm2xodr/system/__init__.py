@@ -20,7 +20,6 @@ if TYPE_CHECKING:
         settle as settle,
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
-        unpacked as unpacked,
     )
     from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
     from osm2xodr.system.limits import (
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
         parse_memory as parse_memory,
         release_memory as release_memory,
     )
+    from osm2xodr.system.pages import is_page as is_page, plain_text as plain_text
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
     from osm2xodr.system.progress import (
         Progress as Progress,
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         patient_standard_error as patient_standard_error,
     )
     from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT as ONE_THREAD_ENVIRONMENT, one_thread as one_thread
+    from osm2xodr.system.xml_text import xml_stream as xml_stream
 
 __getattr__ = lazy_exports(
     __name__,
@@ -64,7 +65,6 @@ __getattr__ = lazy_exports(
             "settle",
             "silence_standard_output",
             "stream_to",
-            "unpacked",
         ),
         "folders": ("atomic_folder", "check_folder"),
         "limits": (
@@ -78,9 +78,11 @@ __getattr__ = lazy_exports(
             "parse_memory",
             "release_memory",
         ),
+        "pages": ("is_page", "plain_text"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "progress": ("Progress", "advance", "shown", "stage", "time_left"),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
         "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
+        "xml_text": ("xml_stream",),
     },
 )

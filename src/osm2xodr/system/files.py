@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import gzip
 import importlib
 import os
 import secrets
@@ -17,12 +16,10 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Protocol, cast
+from typing import Any, BinaryIO, Final, Protocol
 
 from osm2xodr.errors import OutputError
 
-# The first bytes of gzip (RFC 1952, 2.3.1).
-_GZIP: Final = b"\x1f\x8b"
 # How often a lock is tried that another process holds, where the system cannot wait for it, s.
 _LOCK_CHECK: Final = 0.2
 
@@ -32,15 +29,6 @@ class ByteSink(Protocol):
 
     def write(self, data: bytes, /) -> object:
         """Take all of `data`."""
-
-
-def unpacked(stream: BinaryIO) -> BinaryIO:
-    """Return the contents of a file that may be packed by gzip; a stream that cannot seek is returned as it is."""
-    if not stream.seekable():
-        return stream
-    packed = stream.read(len(_GZIP)) == _GZIP
-    stream.seek(0)
-    return cast("BinaryIO", gzip.GzipFile(fileobj=stream, mode="rb")) if packed else stream
 
 
 def check_target(path: Path) -> None:

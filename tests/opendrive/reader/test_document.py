@@ -6,6 +6,7 @@ import gzip
 import io
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import Rule
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import ABSENT, End, LinkKind, OpenDrive, Shape
+from osm2xodr.parts.document import read_tree
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 
@@ -334,7 +336,8 @@ def test_ids_used_twice_lead_to_the_first(tmp_path: Path) -> None:
         (b"<osm/>", "not OpenDRIVE: its root is <osm>"),
         (b"\x1f\x8bnonsense", "cannot read"),
         (b'<?xml version="1.0" encoding="foo"?><OpenDRIVE/>', "unknown encoding: foo"),
-        (b'<?xml version="1.0" encoding="big5"?><OpenDRIVE/>', "multi-byte encodings"),
+        (b'<?xml version="1.0" encoding="zip"?><OpenDRIVE/>', "is not a text encoding"),
+        (b'<?xml version="1.0" encoding="big5"?><OpenDRIVE a="\xff"/>', "can't decode byte 0xff"),
         (b'<!DOCTYPE a [<!ENTITY b "c">]><OpenDRIVE>&b;</OpenDRIVE>', "<!DOCTYPE>"),
     ],
 )
@@ -344,6 +347,28 @@ def test_other_files_give_one_sentence(tmp_path: Path, content: bytes, words: st
     with pytest.raises(InputError, match=re.escape(words)) as error:
         read_xodr(path)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [
+        *(
+            '<?xml version="1.0" encoding="utf8"?>',
+            '\n\n<?xml version="1.0"?>',
+            '<!-- licence --> <?xml version="1.0"?>',
+        ),
+        '<?xml version="1.0" encoding="big5"?>',
+    ],
+)
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_declarations_that_other_readers_take(
+    tmp_path: Path, declaration: str, pack: Callable[[bytes], bytes]
+) -> None:
+    text = document(road("a"))
+    path = tmp_path / "map.xodr"
+    path.write_bytes(pack((declaration + text[text.index("<OpenDRIVE") :]).encode()))
+    assert len(read_xodr(path).roads.id) == 1
+    assert len(read_tree(path)) == 2
 
 
 def test_a_missing_file(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 import bz2
 import gzip
+import lzma
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from osm_builder import document
 
 from osm2xodr.errors import InputError
-from osm2xodr.osmParsing.file import file_format
+from osm2xodr.osmParsing.file import copies
 from osm2xodr.osmParsing.file.file_format import open_osm_file
 
 ROAD = document(
@@ -78,7 +79,19 @@ def test_pbf_under_any_name(tmp_path: Path) -> None:
             '<!-- <osm> --> <!DOCTYPE osm [<!ENTITY % x SYSTEM "file:///etc/passwd"> %x;]><osm version="0.6"/>',
             "external",
         ),
-        ('<?xml version="1.0"?><html><body>504 Gateway Timeout</body></html>', "XML of another kind (<html>"),
+        ('<?xml version="1.0"?><html><body>504 Gateway Timeout</body></html>', 'a web page, not a map ("504 Gateway'),
+        (
+            (
+                '<?xml version="1.0"?>\n<!DOCTYPE html PUBLIC "a" "b"><html><head><title>OSM3S</title></head><body>'
+                f"<p>{'The data is made available under ODbL. ' * 4}</p><p><strong>Error</strong>: runtime error: "
+                f"{'open64 ' * 12}The server is probably too busy to handle your request.</p></body></html>"
+            ),
+            "The server is probably too busy to handle your request.",
+        ),
+        ("<html><head><title>502 Bad Gateway</title></head><body></body></html>", '("502 Bad Gateway"); if'),
+        ("<osmError><message>The maximum bbox size is 0.25</message></osmError>", "The maximum bbox size is 0.25"),
+        ("You requested too many nodes (limit is 50000).", 'a text ("You requested too many nodes'),
+        ('{"message": "Rate limit exceeded"}', "Rate limit exceeded"),
         ('<?xml version="1.0"?><osmChange version="0.6"/>', "XML of another kind (<osmChange>"),
         ('<?xml version="1.0"?>', "is no OSM data or incomplete"),
         ("<" + " " * (1 << 20) + "osm>", "is no OSM data or incomplete"),
@@ -97,17 +110,16 @@ def test_what_is_refused(tmp_path: Path, text: str, reason: str, compress: bool)
     message = str(caught.value)
     assert str(path) in message
     assert "\n" not in message
-    # Inside of a compressed file all that is no XML looks the same.
-    assert reason in message or (compress and "is no OSM data" in message)
+    # A compressed file that is empty is not.
+    assert reason in message or (compress and not text and "is no OSM data" in message)
 
 
 @pytest.mark.parametrize(
     ("head", "what"),
     [
         (b"II*\0\x08\0\0\0", "a TIFF raster"),
-        (b"PK\3\4", "a zip archive"),
         (b"\x89PNG\r\n", "a picture"),
-        (b"\xfd7zXZ\0", "compressed in a way that is not supported"),
+        (b"7z\xbc\xaf", "compressed in a way that is not supported"),
         (b"\xff\xe0\x04o5m2", "in the format o5m"),
     ],
 )
@@ -116,7 +128,7 @@ def test_files_of_another_kind_are_named(tmp_path: Path, head: bytes, what: str)
     path.write_bytes(head + b"\0" * 100)
     with pytest.raises(InputError) as caught:
         open_osm_file(path)
-    assert str(caught.value) == f"{path} is {what}; give OSM data as .osm, .osm.gz, .osm.bz2 or .osm.pbf"
+    assert str(caught.value) == f"{path} is {what}; give OSM data as .osm or .osm.pbf"
 
 
 def test_what_cannot_be_opened(tmp_path: Path) -> None:
@@ -153,11 +165,11 @@ def test_truncated_archives(tmp_path: Path, pack: Callable[[bytes], bytes]) -> N
 @pytest.fixture
 def early(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look at sizes from 1 MB on: files that are larger make for slow tests."""
-    monkeypatch.setattr(file_format, "_RATIO_CHECKED_FROM", 1 << 20)
+    monkeypatch.setattr(copies, "RATIO_CHECKED_FROM", 1 << 20)
 
 
 @pytest.mark.usefixtures("early")
-@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress])
 def test_what_becomes_far_larger_than_map_data_do_is_refused(tmp_path: Path, pack: Callable[[bytes], bytes]) -> None:
     path = tmp_path / "area.osm"
     path.write_bytes(pack(document(['<node id="1" lat="50" lon="10"/>\n' * 200_000]).encode()))
@@ -195,3 +207,29 @@ def test_the_word_alone_deletes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "area.osm"
     path.write_text(document(['<node id="1" lat="50" lon="10"><tag k="note" v="delete"/></node>']))
     assert open_osm_file(path).deleted == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        ("<remark> runtime error: Query timed out after 25 seconds. </remark>", "Query timed out after 25 seconds"),
+        ("<error>You requested too many nodes</error>", "You requested too many nodes"),
+        ("<remark>The query has no settings.</remark>", None),
+        ("<note>The data is from OpenStreetMap; error</note>", None),
+    ],
+)
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_maps_that_the_server_did_not_send_in_full(
+    tmp_path: Path, added: str, said: str | None, pack: Callable[[bytes], bytes]
+) -> None:
+    path = tmp_path / "area.osm"
+    path.write_bytes(pack(ROAD.replace("</osm>", f"{added}</osm>").encode()))
+    file = open_osm_file(path)
+    file.require_whole(True)
+    if said is None:
+        file.require_whole(False)
+        return
+    with pytest.raises(InputError) as caught:
+        file.require_whole(False)
+    assert said in str(caught.value)
+    assert str(caught.value).endswith("or take what there is with --allow-partial")

@@ -1,8 +1,13 @@
 import bz2
+import gc
 import gzip
+import io
+import lzma
 import os
+import zipfile
 from array import array
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +17,9 @@ from osm_builder import document, write_osm
 
 from osm2xodr.errors import InputError
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file.raw import RawMember, RawWay
 from osm2xodr.osmParsing.file.reader import (
     OtherWays,
-    RawMember,
-    RawWay,
     count_contents,
     element_places,
     read_nodes,
@@ -170,6 +174,149 @@ def test_the_newest_version_counts(tmp_path: Path) -> None:
     assert read_nodes(opened(tmp_path, elements), np.array([1]), NODE_KEYS).lat_deg.tolist() == [2.0]
 
 
+def way(number: int, refs: list[int], tags: str = "", version: str = "") -> str:
+    nodes = "".join(f'<nd ref="{ref}"/>' for ref in refs)
+    return f'<way id="{number}"{version}>{nodes}<tag k="highway" v="primary"/>{tags}</way>'
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "taken", "said"),
+    [
+        (way(5, [1, 2, 3]), way(5, [1, 2]), [1, 2, 3], "with different nodes; the longest one is taken"),
+        (way(5, [1, 2]), way(5, [1, 2, 3]), [1, 2, 3], "with different nodes; the longest one is taken"),
+        (way(5, [1, 2]), way(5, [2, 3]), [2, 3], "with different nodes; the last one is taken"),
+        (
+            way(5, [1, 2]),
+            way(5, [1, 2], '<tag k="lanes" v="3"/>'),
+            [1, 2],
+            "with different tags; the last one is taken",
+        ),
+        (way(5, [1, 2]), way(5, [1, 2], '<tag k="note" v="unread"/>'), [1, 2], None),
+        (way(5, [1, 2]), way(5, [1, 2]), [1, 2], None),
+    ],
+)
+def test_of_ways_of_one_id_the_longest_is_taken(
+    tmp_path: Path, first: str, second: str, taken: list[int], said: str | None
+) -> None:
+    file = opened(tmp_path, [first, second])
+    (found,), _ = read_ways(file, ROADS, KEYS)
+    assert list(found.refs) == taken
+    assert file.content.repeated == ({} if said is None else {"way/5": said})
+
+
+def test_versions_are_no_repetition(tmp_path: Path) -> None:
+    file = opened(tmp_path, [way(5, [1, 2], version=' version="2"'), way(5, [1, 2, 3], version=' version="1"')])
+    (found,), _ = read_ways(file, ROADS, KEYS)
+    assert (list(found.refs), file.content.repeated, file.content.several_versions) == ([1, 2], {}, {"way/5"})
+
+
+@pytest.mark.parametrize("number", [1, -1])
+def test_nodes_of_one_id_in_two_places(tmp_path: Path, number: int) -> None:
+    nodes = [f'<node id="{number}" lat="{lat}" lon="1"/>' for lat in (1, 2)]
+    file = opened(tmp_path, ['<node id="3" lat="1" lon="1"/>', *nodes, nodes[1].replace("1", "3", 1)])
+    assert read_nodes(file, np.array([number]), NODE_KEYS).lat_deg.tolist() == [2.0]
+    assert file.content.repeated == {f"node/{number}": "with different positions; the last one is taken"}
+
+
+def test_the_newest_of_nodes_is_taken(tmp_path: Path) -> None:
+    nodes = [f'<node id="1" version="{3 - lat}" lat="{lat}" lon="1"/>' for lat in (1, 2)]
+    file = opened(tmp_path, nodes)
+    assert read_nodes(file, np.array([1]), NODE_KEYS).lat_deg.tolist() == [1.0]
+    assert (file.content.repeated, file.content.several_versions) == ({}, {"node/1"})
+
+
+ODD = [
+    *('<node id="1" version="1" lat="1" lon="1"/>', '<node id="2" lat="2" lon="1"/>'),
+    '<way id="5"><nd ref="1"/><nd ref="2"/><tag k="highway" v="primary"/><tag k="name" v="Stra\u00dfe"/></way>',
+]
+ODD_ELEMENTS = {
+    "date": [ODD[0].replace("version", 'timestamp="2021-05-06 14:46:03" version'), *ODD[1:]],
+    "user": [ODD[0].replace("version", 'uid="99999999999" changeset="-7" version'), *ODD[1:]],
+    "version": [ODD[0].replace('version="1"', 'version="first"'), *ODD[1:]],
+    "visible": [ODD[0].replace("version", 'visible="yes" version'), *ODD[1:]],
+    "center": [*ODD[:2], ODD[2].replace("<nd", '<center lat="1" lon="1"/><nd', 1)],
+    "unknown": [*ODD[:2], ODD[2].replace("</way>", '<x><tag k="lanes" v="9"/></x></way>')],
+    "geom": [ODD[2].replace('ref="1"', 'ref="1" lat="1" lon="1"').replace('ref="2"', "ref='2' lat='2' lon='1'")],
+    "bounds": [*ODD[:2], ODD[2].replace("<nd", '<bounds minlat="1" minlon="1" maxlat="2" maxlon="1"/><nd', 1)],
+}
+
+
+def looks_alike(path: Path) -> OsmFile:
+    """Read ODD, in whatever form it is."""
+    file = open_osm_file(path)
+    (found,), _ = read_ways(file, ROADS, KEYS)
+    assert (list(found.refs), found.tags) == ([1, 2], {"highway": "primary", "name": "Stra\u00dfe"})
+    nodes = read_nodes(file, np.array([1, 2]), NODE_KEYS)
+    assert (nodes.lat_deg.tolist(), nodes.lon_deg.tolist()) == ([1.0, 2.0], [1.0, 1.0])
+    return file
+
+
+@pytest.mark.parametrize("name", ODD_ELEMENTS)
+def test_what_streets_do_not_need_may_be_written_in_any_way(tmp_path: Path, name: str) -> None:
+    file = looks_alike(write_osm(tmp_path, ODD_ELEMENTS[name]))
+    assert file.content.odd or name == "bounds"
+
+
+@pytest.mark.parametrize(
+    ("declaration", "codec"),
+    [
+        ('<?xml version="1.0" encoding="utf8"?>', "utf-8"),
+        ("<?xml version='1.0' encoding='UTF_8'?>", "utf-8"),
+        ('\n \n<?xml version="1.0"?>', "utf-8"),
+        ('<!-- a licence -->\n<?xml version="1.0" encoding="UTF-8"?>', "utf-8"),
+        ('\ufeff\n<?xml version="1.0" encoding="UTF-8"?>', "utf-8"),
+        ('<?xml version="1.0" encoding="windows-1252"?>', "cp1252"),
+        ('<?xml version="1.0" encoding="latin1"?>', "latin-1"),
+        ('<?xml version="1.0" encoding="UTF-16"?>', "utf-16"),
+    ],
+)
+@pytest.mark.parametrize("root", ['<osm version="0.6">', "<osm>", '<osm version="0.5">'])
+def test_declarations_and_encodings(tmp_path: Path, declaration: str, codec: str, root: str) -> None:
+    path = tmp_path / "area.osm"
+    path.write_bytes(f"{declaration}{root}{''.join(ODD)}</osm>".encode(codec))
+    looks_alike(path)
+
+
+def test_what_is_deleted_in_an_odd_file_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "area.osm"
+    path.write_text(
+        "<?xml version='1.0' encoding='utf8'?><osm version='0.6'><way id='5' action='delete'><nd ref='1'/>"
+        "<tag k='highway' v='primary'/></way></osm>"
+    )
+    assert read_ways(open_osm_file(path), ROADS, KEYS)[0] == []
+
+
+def zipped(raw: bytes, **more: bytes) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in {"in/area.osm": raw, **more}.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("pack", [lzma.compress, zipped, partial(zipped, **{"README.txt": b"x"})])
+def test_packed_maps(tmp_path: Path, pack: Callable[[bytes], bytes]) -> None:
+    path = tmp_path / "area.osm.packed"
+    path.write_bytes(pack(document(ODD).encode()))
+    copy = looks_alike(path).content.path
+    gc.collect()
+    assert not copy.exists()
+
+
+def test_packed_pbf(tmp_path: Path) -> None:
+    path = tmp_path / "area.osm.pbf.xz"
+    path.write_bytes(lzma.compress(as_pbf(tmp_path, ODD).path.read_bytes()))
+    assert looks_alike(path).format == "pbf"
+
+
+def test_archives_that_are_not_of_one_map(tmp_path: Path) -> None:
+    path = tmp_path / "area.zip"
+    for raw in (zipped(b"", **{"b.osm": b""}), zipped(b"")[:60]):
+        path.write_bytes(raw)
+        with pytest.raises(InputError, match=r"is a zip archive of 2 files, not of one map; unpack|is damaged"):
+            open_osm_file(path)
+
+
 def test_deleted_elements_are_not_there(tmp_path: Path) -> None:
     file = opened(
         tmp_path,
@@ -190,7 +337,9 @@ def test_deleted_elements_are_not_there(tmp_path: Path) -> None:
 
 
 def test_counts_for_messages(tmp_path: Path) -> None:
-    assert count_contents(opened(tmp_path, ELEMENTS)) == (5, 3)
+    lanelet = '<relation id="9"><tag k="type" v="lanelet"/></relation>'
+    expected = 5, {"primary": 1, "residential": 1, "footway": 1}, 1
+    assert count_contents(opened(tmp_path, [*ELEMENTS, lanelet])) == expected
 
 
 def test_names_that_look_like_addresses_are_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +362,6 @@ def read_all(path: Path) -> None:
         (document(['<node id="1" lat="north" lon="1"/>']), "coordinate"),
         (document(['<node id="92233720368547758070" lat="1" lon="1"/>']), "illegal id"),
         (document([f'<node id="1" lat="1" lon="1"><tag k="name" v="{"x" * 70000}"/></node>']), "too long"),
-        ('<osm><node id="1" lat="1" lon="1"/></osm>', "without version"),
         (document(['<node id="1" lat="1" lon="1"><tag k="name" v="&undefined;"/></node>']), "undefined entity"),
     ],
 )

@@ -12,7 +12,7 @@ from osm2xodr.conventions.countries import GENERIC, find_country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule
 from osm2xodr.osmParsing import ParseOptions
-from osm2xodr.osmParsing.file.reader import RawWay
+from osm2xodr.osmParsing.file.raw import RawWay
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed
 from osm2xodr.osmParsing.tags.ways import way_attributes
 

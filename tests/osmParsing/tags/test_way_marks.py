@@ -10,7 +10,7 @@ from osm_builder import Area, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, Rule, StreetAttributes
-from osm2xodr.osmParsing.file.reader import RawWay
+from osm2xodr.osmParsing.file.raw import RawWay
 from osm2xodr.osmParsing.tags.ways import turned_round, way_attributes
 
 FORWARD, BACKWARD = Direction.FORWARD, Direction.BACKWARD

@@ -48,14 +48,16 @@ def cut_areas(
     Raises
     ------
     InputError
-        The map cannot be read.
+        The map cannot be read; its server says that it is not whole, and not all requests allow that.
     SwappedAxesError
         A part lies beside the map, and would not with longitude and latitude swapped.
     OutputError
         A cut cannot be written.
     """
     driven = [Driven(request.ways, request.include_private, request.kept) for request in requests]
-    found = _read(source, driven, surroundings=any(request.surroundings for request in requests))
+    surroundings = any(request.surroundings for request in requests)
+    allow_partial = all(request.allow_partial for request in requests)
+    found = _read(source, driven, surroundings=surroundings, allow_partial=allow_partial)
     _read_once.cache_clear()
     plan = make_plan(found, context=any(request.context for request in requests))
     counts: dict[str, int] = {}
@@ -120,12 +122,16 @@ def bounds_of(source: Path) -> tuple[float, float, float, float]:
     return projection.bounds_deg(*found.degrees(nodes))
 
 
-def _read(source: Path, driven: Sequence[Driven], *, surroundings: bool = False) -> Source:
+def _read(
+    source: Path, driven: Sequence[Driven], *, surroundings: bool = False, allow_partial: bool = True
+) -> Source:
     """Return what `read_source` does of a map, and which ways cars fit on."""
     # Reading says what is wrong where there is no file.
     known = source.stat() if source.is_file() else None
     stamp = None if known is None else (known.st_size, known.st_mtime_ns)
-    return _read_once(source, stamp, tuple(dict.fromkeys([_CARS, *driven])), surroundings)
+    found = _read_once(source, stamp, tuple(dict.fromkeys([_CARS, *driven])), surroundings)
+    found.file.require_whole(allow_partial)
+    return found
 
 
 @lru_cache(maxsize=1)

@@ -22,6 +22,7 @@ from osm2xodr.osmParsing import (
     OsmFile,
     WaySelection,
     all_tags,
+    forgiving,
     handle,
     in_surroundings,
     is_thing,
@@ -160,6 +161,7 @@ def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
     return found
 
 
+@forgiving
 def read_source(file: OsmFile, driven: Iterable[Driven], *, surroundings: bool = False) -> Source:
     """Read the part of a map that conversions use; `driven` are selections of ways that become streets.
 
@@ -178,7 +180,7 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, surroundings: bool =
     return Source(
         file=file,
         way_ids=way_ids,
-        way_current=_current(way_ids, ways.versions, ways.gone),
+        way_current=_current(way_ids, ways.versions, ways.gone, ways.lengths),
         way_read=np.array(ways.read, np.bool_),
         way_shown=np.array(ways.shown, np.bool_),
         first=first,
@@ -300,12 +302,15 @@ def _ascending(ids: IntArray) -> bool:
     return bool((place[1:] > place[:-1]).all())
 
 
-def _current(ids: IntArray, versions: Sequence[int], gone: Sequence[int]) -> BoolArray:
-    """Return which elements (n,) are their newest version, the last among equals, and not deleted."""
+def _current(
+    ids: IntArray, versions: Sequence[int], gone: Sequence[int], lengths: Sequence[int] | None = None
+) -> BoolArray:
+    """Return which elements (n,) are their newest version, the longest, then last among equals, and not deleted."""
     out = ~np.array(gone, np.bool_)
     if _ascending(ids):
         return out
-    order = np.lexsort((np.arange(len(ids)), np.array(versions, np.int64), ids))
+    size = np.zeros(len(ids), np.int64) if lengths is None else np.array(lengths, np.int64)
+    order = np.lexsort((np.arange(len(ids)), size, np.array(versions, np.int64), ids))
     newest = np.zeros(len(ids), np.bool_)
     newest[order[np.append(ids[order][1:] != ids[order][:-1], True)]] = True
     return out & newest

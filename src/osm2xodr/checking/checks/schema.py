@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 from osm2xodr.errors import InputError
-from osm2xodr.system import unpacked
+from osm2xodr.system import xml_stream
 
 # Where the schemas lie in the package of ASAM's checker, by version.
 _PACKAGE: Final = "qc_opendrive"
@@ -141,7 +141,7 @@ def _streamed(path: Path, compiled: Any) -> list[Any]:
     target: Any = _Nothing()
     parser: Any = etree.XMLParser(target=target, schema=compiled, **_SAFE)
     with path.open("rb") as file, suppress(etree.XMLSyntaxError):
-        stream = unpacked(file)
+        stream = xml_stream(file)
         while chunk := stream.read(_CHUNK):
             parser.feed(chunk)
         parser.close()
@@ -153,7 +153,7 @@ def _tree(path: Path) -> Any:
     from lxml import etree
 
     with path.open("rb") as file:
-        return etree.parse(unpacked(file), etree.XMLParser(**_SAFE))
+        return etree.parse(xml_stream(file), etree.XMLParser(**_SAFE))
 
 
 def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:

@@ -19,7 +19,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.opendrive.reader.elements import TEXT, Columns, Elements, Node
 from osm2xodr.opendrive.reader.grammar import TAGS, Role
 from osm2xodr.opendrive.reader.parts import Part
-from osm2xodr.system import advance, unpacked
+from osm2xodr.system import advance, xml_stream
 
 _CHUNK: Final = 1 << 18
 _STANDARD_INPUT: Final = Path("-")
@@ -163,7 +163,7 @@ def _chunks(path: Path, part: Part | None) -> Iterator[tuple[bytes, float]]:
 def _opened(path: Path) -> Iterator[tuple[BinaryIO, Callable[[], float]]]:
     """Open a file that may be compressed; the function tells what share of it was read."""
     if path == _STANDARD_INPUT:
-        yield sys.stdin.buffer, lambda: 0.0
+        yield xml_stream(sys.stdin.buffer), lambda: 0.0
         return
     with path.open("rb") as stream:
         size = max(path.stat().st_size, 1)
@@ -171,4 +171,4 @@ def _opened(path: Path) -> Iterator[tuple[BinaryIO, Callable[[], float]]]:
         def share() -> float:
             return stream.tell() / size if stream.seekable() else 0.0
 
-        yield unpacked(stream), share
+        yield xml_stream(stream), share

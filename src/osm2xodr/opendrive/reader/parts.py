@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from osm2xodr.system import unpacked
+from osm2xodr.system import xml_stream
 
 # Parts are at least this large, bytes: below, copies of the process cost as much as they save. A choice.
 _LEAST_PART: Final = 8_000_000
@@ -45,7 +45,7 @@ def find_parts(path: Path, jobs: int) -> tuple[Part, ...]:
     if count < 2:
         return ()
     with path.open("rb") as file:
-        if unpacked(file) is not file:
+        if xml_stream(file) is not file:
             return ()
         head = file.read(_WINDOW)
         found = _ENCODING.match(head)

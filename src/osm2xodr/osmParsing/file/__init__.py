@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.areas import (
     AREA_TYPE,
     RawArea,
@@ -13,20 +14,15 @@ from osm2xodr.osmParsing.file.areas import (
     rings_of,
 )
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file.raw import RawNodes, RawRelation, RawWay
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
     UNITS_PER_DEGREE,
     OtherWays,
-    RawNodes,
-    RawRelation,
-    RawWay,
-    all_tags,
     count_contents,
     element_places,
-    handle,
     read_nodes,
     read_ways,
-    readable,
 )
 from osm2xodr.osmParsing.file.writer import close_writer
 
@@ -44,6 +40,7 @@ __all__ = [
     "close_writer",
     "count_contents",
     "element_places",
+    "forgiving",
     "handle",
     "known_pieces",
     "open_osm_file",

@@ -10,8 +10,9 @@ import numpy as np
 import osmium
 
 from osm2xodr.model import FloatArray
+from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile
-from osm2xodr.osmParsing.file.reader import RawNodes, all_tags, handle, readable
+from osm2xodr.osmParsing.file.raw import RawNodes
 
 # Type of relations that are areas (OSM wiki, Relation:multipolygon).
 AREA_TYPE: Final = "multipolygon"
@@ -33,6 +34,7 @@ class RawArea:
     lines: tuple[tuple[int, ...], ...] = ()  # What a relation has of rings that are not closed, ids of nodes
 
 
+@forgiving
 def read_areas(file: OsmFile, keys: AbstractSet[str] | Tags) -> tuple[list[RawArea], list[str]]:
     """Read the areas that have one of some keys, or of some tags: ways first, then relations, each in ascending id.
 
@@ -100,6 +102,7 @@ def known_pieces(refs: Sequence[int], nodes: RawNodes) -> list[FloatArray]:
     return [piece for piece in pieces if piece is not None]
 
 
+@forgiving
 def read_bounds(file: OsmFile) -> tuple[float, float, float, float] | None:
     """Return the rectangle that a file says it was cut to: west, south, east, north, degrees; None without any.
 
@@ -113,6 +116,7 @@ def read_bounds(file: OsmFile) -> tuple[float, float, float, float] | None:
         return low.lon, low.lat, high.lon, high.lat
 
 
+@forgiving
 def read_lines(file: OsmFile, tags: Tags) -> list[tuple[int, ...]]:
     """Read the nodes of the ways that have one of some tags, in ascending id; `InputError` if the file is damaged."""
     found: dict[int, tuple[int, ...]] = {}
@@ -125,6 +129,7 @@ def read_lines(file: OsmFile, tags: Tags) -> list[tuple[int, ...]]:
     return [found[number] for number in sorted(found)]
 
 
+@forgiving
 def _read_lines(file: OsmFile, wanted: AbstractSet[int]) -> dict[int, Sequence[int]]:
     """Return the nodes of ways."""
     lines: dict[int, Sequence[int]] = {}

@@ -6,17 +6,29 @@ references be declared, which can blow up or fetch other files.
 
 from __future__ import annotations
 
-import bz2
 import codecs
-import gzip
+import lzma
 import re
-import zlib
-from dataclasses import dataclass
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, Final, cast
+from typing import IO, BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
+from osm2xodr.osmParsing.file.copies import (
+    CHUNK,
+    DAMAGED,
+    RATIO_MAX,
+    Copy,
+    decompressed,
+    in_zip,
+    plain_copy,
+    too_large,
+    unpack,
+)
+from osm2xodr.system import plain_text, xml_stream
 
 # Bytes that are read at the start of a file, and in one go of its prolog.
 _HEAD: Final = 4096
@@ -24,40 +36,96 @@ _HEAD: Final = 4096
 _PROLOG_MAX: Final = 1 << 16
 # Nor as many bytes without any markup, or in one element: OSM allows 32,000 members in a relation. The time of
 # parsers grows with the square of such lengths, and a small file can decompress to a long one.
-_CHUNK: Final = 1 << 20
-_ELEMENT_MAX: Final = 16 * _CHUNK
-# OSM's text is compressed some fifteenfold; beyond this many bytes of text, a ratio above this is refused.
-_RATIO_MAX: Final = 200
-_RATIO_CHECKED_FROM: Final = 64 * _CHUNK
-_ELEMENTS: Final = (b"<node", b"<way", b"<relation")
+_ELEMENT_MAX: Final = 16 * CHUNK
+_NODE: Final = b"<node"
+_ELEMENTS: Final = (_NODE, b"<way", b"<relation")
+# Messages of servers are shorter, bytes.
+_MESSAGE_MAX: Final = 1 << 14
 
 _MISC: Final = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
-_ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)[^>]*>")
+_ROOT: Final = re.compile(r"<(!DOCTYPE\s+)?([A-Za-z_][^\s/>]*)[^>]*>", re.IGNORECASE)
 _DELETED: Final = re.compile(rb"action\s*=\s*[\"']delete")
+# What servers add to maps that they could not send in full: Overpass, and the API of OSM. And its longest beginning.
+_REMARK: Final = re.compile(rb"<(remark|error)\b[^>]*>(.*?)</\1\s*>", re.DOTALL)
+_REMARK_MAX: Final = 1 << 12
+# With Overpass' ``out geom``; ``out center`` is about the middle of ways, and needs no copy.
+_POSITION_ON_WAY: Final = re.compile(rb"<nd\s+(?:ref\s*=\s*[\"'][^\"'>]*[\"']\s+)?lat\s*=")
 # Formats that users give by mistake, by their first bytes.
 _OTHER_FORMATS: Final = (
     ((b"II*\0", b"MM\0*", b"II+\0"), "a TIFF raster"),
-    ((b"PK\3\4",), "a zip archive"),
     ((b"{", b"["), "JSON"),
     ((b"\x89PNG", b"\xff\xd8\xff"), "a picture"),
-    ((b"\xfd7zXZ", b"\x28\xb5\x2f\xfd", b"7z\xbc\xaf"), "compressed in a way that is not supported"),
+    ((b"7z\xbc\xaf",), "compressed in a way that is not supported"),
     ((b"\xff\xe0\4o5m",), "in the format o5m"),
 )
-_EXPECTED: Final = "give OSM data as .osm, .osm.gz, .osm.bz2 or .osm.pbf"
+_EXPECTED: Final = "give OSM data as .osm or .osm.pbf"
 _OVERPASS: Final = f"ask Overpass for XML, [out:xml] in place of [out:json], or {_EXPECTED}"
+_LATER: Final = "ask its server again later, or for a smaller area"
+# Elements that web pages begin with.
+_OF_PAGES: Final = frozenset({"html", "head", "body", "title", "center", "h1", "p", "pre", "meta"})
 # Paths lose one of the two slashes.
 _ADDRESS: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
-_DAMAGED: Final = (OSError, EOFError, zlib.error)
+
+
+@dataclass(slots=True)
+class Content:
+    """What libosmium reads of a file: itself, or a copy of it."""
+
+    path: Path
+    format: str  # ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them
+    copy: Copy | None = None  # Where it is one
+    odd: str = ""  # What libosmium does not read in the file itself; empty if there is nothing
+    nodes: int | None = None  # How many nodes there are; None where they were not counted
+    # Of elements that were read and stand in the file more than once: what differs, by ``way/1`` or ``node/2``; and
+    # those of which there are several versions
+    repeated: dict[str, str] = field(default_factory=dict)
+    several_versions: set[str] = field(default_factory=set)
 
 
 @dataclass(frozen=True, slots=True)
 class OsmFile:
     """A file that looks like OSM data."""
 
-    path: Path
-    format: str  # ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them
+    path: Path  # As users know it
+    content: Content
     # (``node``, ``way`` or ``relation``, id) of elements that an editor has marked as deleted
     deleted: frozenset[tuple[str, int]] = frozenset()
+    remark: str = ""  # What the server says if it could not send all of the map
+
+    @property
+    def format(self) -> str:
+        """Its format, as libosmium names it."""
+        return self.content.format
+
+    def require_whole(self, allow_partial: bool) -> None:
+        """Raise InputError if the server could not send all of the map, unless that is allowed."""
+        if self.remark and not allow_partial:
+            raise InputError(
+                f"{self.path} is not whole, as its server says ({self.remark}); {_LATER}, or take what there is with "
+                "--allow-partial"
+            )
+
+    def make_plain(self, odd: str) -> bool:
+        """Replace what is read by a copy without what libosmium refuses; return whether that was done."""
+        content = self.content
+        if content.odd or content.format == "pbf":
+            return False
+        copy = plain_copy(content.path, content.format)
+        if copy is None:
+            return False
+        content.path, content.format, content.copy, content.odd = copy.path, "osm", copy, odd
+        content.nodes = _look_through(self.path, content).nodes
+        return True
+
+
+@dataclass(slots=True)
+class _Findings:
+    """What is in the text of a file."""
+
+    deleted: bool = False  # Whether elements are marked as deleted
+    positions_on_ways: bool = False
+    nodes: int = 0
+    remark: str = ""
 
 
 def open_osm_file(path: Path) -> OsmFile:
@@ -66,20 +134,44 @@ def open_osm_file(path: Path) -> OsmFile:
     Raises InputError if it is missing, cannot be read, is not OSM data, or has a document type declaration.
     """
     head = _read_head(path)
+    content = Content(path, "osm")
+    opener = next((opener for start, opener in _packings() if head.startswith(start)), None)
+    if opener is not None:
+        content.copy = unpack(path, opener)
+        content.path = content.copy.path
+        with content.path.open("rb") as stream:
+            head = stream.read(_HEAD)
     if b"OSMHeader" in head[:64]:
-        return OsmFile(path, "pbf")
-    kind = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
-    if kind == "osm" and not _text(head).lstrip("\ufeff \t\r\n").startswith("<"):
-        what = next((what for starts, what in _OTHER_FORMATS if head.startswith(starts)), None)
-        remedy = _OVERPASS if what == "JSON" else _EXPECTED
-        raise InputError(f"{path} is {what or 'no OSM data'}; {remedy}")
+        content.format = "pbf"
+        return OsmFile(path, content)
+    content.format = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
     try:
-        with _decompressed(path, kind) as stream:
+        with decompressed(content.path, content.format) as stream:
             _check_prolog(path, stream)
-        deleted = _deleted(path, kind) if _mentions_deleted(path, kind) else frozenset[tuple[str, int]]()
-    except _DAMAGED as error:
+        found = _look_through(path, content)
+        content.nodes = found.nodes
+        deleted = _deleted(content) if found.deleted else frozenset[tuple[str, int]]()
+    except DAMAGED as error:
         raise InputError(f"{path} is damaged or incomplete ({error}); download or export it again") from error
-    return OsmFile(path, kind, deleted)
+    file = OsmFile(path, content, deleted, found.remark)
+    if found.positions_on_ways:
+        file.make_plain("positions of nodes stand on ways, as with Overpass' out geom")
+    return file
+
+
+def _packings() -> tuple[tuple[bytes, Callable[[Path], AbstractContextManager[IO[bytes]]]], ...]:
+    """Return the first bytes of packed files that libosmium does not read, and what opens them."""
+    return (b"\xfd7zXZ", lzma.open), (b"PK\3\4", in_zip), (b"\x28\xb5\x2f\xfd", _open_zstd)
+
+
+def _open_zstd(path: Path) -> AbstractContextManager[IO[bytes]]:
+    try:
+        from compression import zstd  # type: ignore[import-not-found,unused-ignore]
+    except ImportError:
+        what = "is compressed by zstd, which Python reads from version 3.14 on"
+        raise InputError(f"{path} {what}; unpack it with unzstd, and give the map") from None
+    opened: AbstractContextManager[IO[bytes]] = zstd.open(path)
+    return opened
 
 
 def _read_head(path: Path) -> bytes:
@@ -111,13 +203,8 @@ def _text(raw: bytes) -> str:
     return raw.decode("latin-1")
 
 
-def _decompressed(path: Path, kind: str) -> BinaryIO:
-    opener: Any = {"osm.gz": gzip.open, "osm.bz2": bz2.open}.get(kind, open)
-    return cast("BinaryIO", opener(path, "rb"))
-
-
 def _check_prolog(path: Path, stream: BinaryIO) -> None:
-    """Refuse files other than OSM's XML by what comes before their content."""
+    """Refuse what is none of OSM's XML by its beginning."""
     raw = b""
     while len(raw) < _PROLOG_MAX:
         more = stream.read(_HEAD)
@@ -126,48 +213,90 @@ def _check_prolog(path: Path, stream: BinaryIO) -> None:
         at = 0
         while found := _MISC.match(text, at):
             at = found.end()
-        if text.startswith("<!DOCTYPE", at):
-            raise InputError(
-                f"{path} is XML with a document type declaration, which can hold entities and external references "
-                "and is refused; export the area again without it"
-            )
-        root = _ROOT.match(text, at)
-        if root:
-            if root[1] != "osm":
-                raise InputError(f"{path} is XML of another kind (<{root[1]}>, not <osm>); {_EXPECTED}")
+        if at < len(text) and text[at] != "<":
+            raise _no_xml(path, raw + stream.read(_PROLOG_MAX))
+        if root := _ROOT.match(text, at):
+            if root[1] or root[2] != "osm":
+                raise _other_xml(path, root[1] is not None, root[2], raw + stream.read(_PROLOG_MAX))
             return
         if not more:
             break
     raise InputError(f"{path} is no OSM data or incomplete; {_EXPECTED}")
 
 
-def _mentions_deleted(path: Path, kind: str) -> bool:
-    """Return whether anything is marked as deleted; refuse files that would keep parsers busy for nothing."""
+def _no_xml(path: Path, raw: bytes) -> InputError:
+    """Return why a file of another kind is refused."""
+    what = next((what for starts, what in _OTHER_FORMATS if raw.startswith(starts)), None)
+    if (what is None or what == "JSON") and (said := _message(raw)):
+        return InputError(f'{path} is no OSM data but a text ("{said}"); if its server says so, {_LATER}')
+    return InputError(f"{path} is {what or 'no OSM data'}; {_OVERPASS if what == 'JSON' else _EXPECTED}")
+
+
+def _message(raw: bytes) -> str:
+    """Return the text of a message of a server; empty if it is none."""
+    words = _said(raw)
+    # What has no space is no sentence; maps in JSON have these.
+    is_one = " " in words and b"\0" not in raw and b'"elements"' not in raw and b'"features"' not in raw
+    return words if is_one and len(raw) < _MESSAGE_MAX else ""
+
+
+def _said(raw: bytes) -> str:
+    return plain_text(_text(raw) if b"\0" in raw else raw)
+
+
+def _other_xml(path: Path, declared: bool, name: str, raw: bytes) -> InputError:
+    """Return why XML of another kind is refused, or whatever has a document type declaration."""
+    if name.lower() in _OF_PAGES:
+        return InputError(f'{path} is a web page, not a map ("{_said(raw)}"); if its server could not help, {_LATER}')
+    if declared:
+        return InputError(
+            f"{path} is XML with a document type declaration, which can hold entities and external references "
+            "and is refused; export the area again without it"
+        )
+    if re.search("error|exception|fault", name, re.IGNORECASE):
+        return InputError(f'{path} is a message of its server, not a map ("{_said(raw)}"); {_LATER}')
+    return InputError(f"{path} is XML of another kind (<{name}>, not <osm>); {_EXPECTED}")
+
+
+def _look_through(path: Path, content: Content) -> _Findings:
+    """Find what the text of a file has; refuse files that would keep parsers busy for nothing."""
+    found = _Findings()
     last = b""
-    found = False
     since = total = 0
-    most = max(_RATIO_CHECKED_FROM, _RATIO_MAX * path.stat().st_size)
-    with _decompressed(path, kind) as stream:
-        while chunk := stream.read(_CHUNK):
-            if len(chunk) == _CHUNK and b"<" not in chunk:
+    size = path.stat().st_size
+    with decompressed(content.path, content.format) as stream:
+        while chunk := stream.read(CHUNK):
+            if len(chunk) == CHUNK and b"<" not in chunk:
                 raise InputError(
-                    f"{path} has {_CHUNK >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
+                    f"{path} has {CHUNK >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
                 )
             total += len(chunk)
-            if total > most:
+            if too_large(total, size):
                 raise InputError(
-                    f"{path} holds over {_RATIO_MAX} times its own size, which map data does not; {_EXPECTED}"
+                    f"{path} holds over {RATIO_MAX} times its own size, which map data does not; {_EXPECTED}"
                 )
             since = 0 if _has_element(chunk) else since + len(chunk)
             if since > _ELEMENT_MAX:
                 raise InputError(
                     f"{path} has an element of over {_ELEMENT_MAX >> 20} MB, which OSM does not allow; {_EXPECTED}"
                 )
-            # `in` is many times faster than the pattern, which is tried only where it can match.
-            if not found and (b"delete" in chunk or b"delete" in last + chunk[:64]):
-                found = _DELETED.search(last + chunk) is not None
-            last = chunk[-64:]
+            found.nodes += (last[-len(_NODE) + 1 :] + chunk).count(_NODE)
+            _look_at(last + chunk, found)
+            last = chunk[-_REMARK_MAX:]
     return found
+
+
+def _look_at(text: bytes, found: _Findings) -> None:
+    # `in` is many times faster than patterns, which are tried only where they can match.
+    if not found.deleted and b"delete" in text:
+        found.deleted = _DELETED.search(text) is not None
+    if not found.positions_on_ways and b"<nd" in text:
+        found.positions_on_ways = _POSITION_ON_WAY.search(text) is not None
+    if (b"<remark" in text or b"<error" in text) and (remark := _REMARK.search(text)):
+        said = plain_text(remark[2])
+        # Some remarks are about the query alone.
+        if remark[1] == b"error" or "error" in said.lower():
+            found.remark = said
 
 
 def _has_element(chunk: bytes) -> bool:
@@ -177,7 +306,7 @@ def _has_element(chunk: bytes) -> bool:
     )
 
 
-def _deleted(path: Path, kind: str) -> frozenset[tuple[str, int]]:
+def _deleted(content: Content) -> frozenset[tuple[str, int]]:
     """Collect elements marked ``action="delete"``, as JOSM does; broken XML is left to the real parser to report."""
     found: set[tuple[str, int]] = set()
 
@@ -189,9 +318,9 @@ def _deleted(path: Path, kind: str) -> frozenset[tuple[str, int]]:
 
     parser = expat.ParserCreate()
     parser.StartElementHandler = start
-    with _decompressed(path, kind) as stream:
+    with decompressed(content.path, content.format) as stream:
         try:
-            parser.ParseFile(stream)
-        except expat.ExpatError:
+            parser.ParseFile(xml_stream(stream))
+        except (expat.ExpatError, LookupError, ValueError):
             return frozenset()
     return frozenset(found)

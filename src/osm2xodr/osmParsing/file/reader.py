@@ -1,75 +1,37 @@
-"""Ways, nodes and relations of OSM files. The only module of stage 1 that imports osmium.
+"""Ways, nodes and relations of OSM files.
 
 A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes that
-they need. Of elements that occur several times the newest version is taken, among equal ones the last.
+they need. Of elements that occur several times the newest version is taken, among equal ones the way with most nodes,
+else the last; `Content` keeps which they are.
 """
 
 from __future__ import annotations
 
-import os
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import osmium
 
 from osm2xodr import projection
-from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
+from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file.raw import RawMember, RawNodes, RawRelation, RawWay
+from osm2xodr.osmParsing.file.repeats import has_repeated_nodes, longer_or_newer, repeated_nodes
 
 RELATION_TYPES: Final = (
     *("restriction", "restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle"),
     "connectivity",
 )
+_LANELET: Final = "lanelet"
 # libosmium's integer positions; missing or impossible ones lie outside the Earth.
 UNITS_PER_DEGREE: Final = 1e7
-# Longest quotation of libosmium's messages, characters.
-_CAUSE_MAX: Final = 200
 _MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
-
-
-@dataclass(frozen=True, slots=True)
-class RawWay:
-    """A way as in the file; `refs` are ids of nodes, `tags` those that were asked for."""
-
-    id: int
-    refs: Sequence[int]
-    tags: Mapping[str, str]
-
-
-@dataclass(frozen=True, slots=True)
-class RawMember:
-    """A member of a relation; `type` is ``node``, ``way`` or ``relation``."""
-
-    type: str
-    ref: int
-    role: str
-
-
-@dataclass(frozen=True, slots=True)
-class RawRelation:
-    """A relation as in the file."""
-
-    id: int
-    members: tuple[RawMember, ...]
-    tags: Mapping[str, str]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RawNodes:
-    """Nodes that are in the file, in ascending id."""
-
-    # (n,) Ids, and positions, degrees, WGS 84
-    ids: IntArray
-    lon_deg: FloatArray
-    lat_deg: FloatArray
-    tags: Mapping[int, Mapping[str, str]]  # Tags of nodes that have any, in ascending id
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +46,7 @@ class OtherWays:
     named: Callable[[Mapping[str, str]], bool] = lambda tags: False
 
 
+@forgiving
 def read_ways(
     file: OsmFile,
     highways: frozenset[str],
@@ -110,15 +73,15 @@ def read_ways(
         for item in found.with_filter(only_ways).with_filter(only_relations):
             number, version = item.id, item.version
             if item.is_way():
-                if number not in ways or version >= ways[number][0]:
-                    gone = item.deleted or ("way", number) in file.deleted
-                    if number in also:
-                        way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, every))
-                    elif others is None or item.tags.get("highway") in highways:
-                        way = RawWay(item.id, _refs(item), _tags(item, keys))
-                    else:
-                        way = _other_way(item, others)
-                    ways[number] = version, None if gone else way
+                gone = item.deleted or ("way", number) in file.deleted
+                if number in also:
+                    way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, every))
+                elif others is None or item.tags.get("highway") in highways:
+                    way = RawWay(item.id, _refs(item), _tags(item, keys))
+                else:
+                    way = _other_way(item, others)
+                found_way = version, None if gone else way
+                ways[number] = longer_or_newer(file, ways[number], found_way) if number in ways else found_way
             elif number not in relations or version >= relations[number][0]:
                 gone = item.deleted or ("relation", number) in file.deleted
                 relations[number] = version, None if gone else _relation(item)
@@ -136,6 +99,7 @@ def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
     return osmium.filter.TagFilter(*sorted(candidates))
 
 
+@forgiving
 def _read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]) -> dict[str, list[int]]:
     """Return the ids of the nodes of ways and of relations' members, by ``way/1`` or ``relation/2``.
 
@@ -187,6 +151,7 @@ def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dic
     return {osm_id: xy[found] for osm_id, found in zip(refs, rows, strict=True) if len(found)}
 
 
+@forgiving
 def read_nodes(
     file: OsmFile,
     ids: IntArray,
@@ -217,6 +182,12 @@ def read_nodes(
         further = np.array([number for number, found in tags.items() if also(found)], np.int64)
         ids = np.union1d(ids, further[~np.isin(further, deleted)])
     table: Any = nodes.node_location_storage
+    if has_repeated_nodes(file, table):
+        for number, location in repeated_nodes(file, ids).items():
+            if number < 0:
+                negative[number] = location
+            else:
+                table.set(number, location)
     present, places = array("q"), array("q")
     for number in np.ascontiguousarray(ids).data:
         if number < 0:
@@ -261,41 +232,28 @@ def _tagged(
     return tags, negative
 
 
-def count_contents(file: OsmFile) -> tuple[int, int]:
-    """Count the nodes, and the ways with any ``highway``: for messages when nothing is found."""
+class Contents(NamedTuple):
+    """What a file has, for messages when there is no street in it."""
+
+    nodes: int
+    highways: Counter[str]  # How many ways there are, by value of ``highway``
+    lanelets: int  # Relations of Lanelet2, whose maps are written in OSM's format
+
+
+@forgiving
+def count_contents(file: OsmFile) -> Contents:
+    """Count what a file has."""
+    item: Any
+    highways: Counter[str] = Counter()
+    lanelets = 0
     with readable(file):
-        only_tagged = osmium.filter.KeyFilter("highway")
-        ways = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.WAY).with_filter(only_tagged))
+        found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+        for item in found.with_filter(osmium.filter.KeyFilter("highway", "type")):
+            if item.is_way() and "highway" in item.tags:
+                highways[item.tags["highway"]] += 1
+            lanelets += item.is_relation() and item.tags.get("type") == _LANELET
         nodes = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.NODE))
-    return nodes, ways
-
-
-def handle(file: OsmFile) -> Any:
-    """Return libosmium's handle of a file."""
-    # Absolute, as libosmium takes names such as "http:x" for addresses to fetch.
-    return osmium.io.File(os.path.abspath(file.path), file.format)
-
-
-def all_tags(item: Any) -> Iterator[tuple[str, str]]:
-    """Return the keys and values of the tags of one of libosmium's elements."""
-    tags = item.tags
-    # No further than to the last one: the exception that ends libosmium's iterator takes as long as four tags.
-    return islice(tags, len(tags))
-
-
-@contextmanager
-def readable(file: OsmFile) -> Iterator[None]:
-    """Turn osmium's exceptions about a file's content into one `InputError`."""
-    try:
-        yield
-    except (RuntimeError, ValueError, OSError, osmium.InvalidLocationError) as error:
-        # The cause may quote the damaged content: one line of it, and only what can be printed.
-        quoted = "".join(letter if letter.isprintable() else " " for letter in str(error))
-        cause = " ".join(quoted.split())[:_CAUSE_MAX].rstrip(". ") or type(error).__name__
-        raise InputError(
-            f"{file.path} cannot be read as OSM data ({cause}); it may be damaged or incomplete, "
-            "download or export it again"
-        ) from error
+    return Contents(nodes, highways, lanelets)
 
 
 def _other_way(item: Any, others: OtherWays) -> RawWay | None:
