@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from refusals import SECONDS, refusal, run
@@ -197,3 +199,73 @@ def test_decimal_commas_change_nothing(
         return done.stdout, written()
 
     assert run(WITH_COMMAS, commas) == run("pass", {})
+
+
+@pytest.mark.parametrize("raw", [b"n\xff", b"c\x01", b"a\nb"])
+def test_names_in_documents(
+    raw: bytes, network: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(raw)
+    Path(f"{name}.xodr").write_bytes(network.read_bytes())
+    for form, parse in (("json", json.loads), ("sarif", json.loads), ("junit", ElementTree.fromstring)):
+        assert main(["check", f"{name}.xodr", "--format", form, "-o", "result", "--overwrite"]) == 0
+        parse(Path("result").read_bytes())
+    assert main(["export", f"{name}.xodr", "--scene", "scene", "--format", "obj"]) == 0
+    json.loads(Path("scene", "scene.json").read_bytes())
+    assert main(["crop", f"{name}.xodr", "--roads", "1", "-o", f"{name}.part.xodr"]) == 0
+    ElementTree.fromstring(Path(f"{name}.part.xodr").read_bytes())
+    capsys.readouterr()
+    status = main(["export", f"{name}.xodr", "-o", f"{name}.obj"])
+    if raw == b"n\xff":
+        assert status == 0
+        assert b"\nmtllib n\xff.mtl\n" in Path(f"{name}.obj").read_bytes()
+    else:
+        assert status == 2
+        assert "has a control character, which OBJ cannot name" in capsys.readouterr().err
+
+
+BIG = "1" + "0" * 399
+DEEP = "[" * 100_000
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("m.toml", f'[[area]]\nname = "a"\nosm = "village.osm"\nbbox = [{BIG}, 1, 2, 3]\n', "batch m.toml -o out"),
+        ("m.toml", f'[[area]]\nname = "a"\nosm = "{"A" * 3000}"\n', "batch m.toml -o out"),
+        (
+            "p.json",
+            f'{{"type":"Polygon","coordinates":[[[{BIG},1],[1,2],[3,4],[1,1]]]}}',
+            "convert village.osm --polygon p.json -o a.xodr",
+        ),
+        ("p.json", DEEP, "convert village.osm --polygon p.json -o a.xodr"),
+        ("r.json", DEEP, "report map.xodr --report-json r.json -o a.html"),
+        ("c.toml", f"way.{BIG}.lanes = 2", "convert village.osm --corrections c.toml -o a.xodr"),
+        ("c.toml", f"way.10.lanes = {BIG}", "convert village.osm --corrections c.toml -o a.xodr"),
+        ("c.json", DEEP, "convert village.osm --corrections c.json -o a.xodr"),
+        (
+            "f.json",
+            f'{{"format":1,"lat_0_deg":1,"lon_0_deg":1,"areas":[{{"name":"village","first_id":{BIG},"rings":[]}}]}}',
+            "convert village.osm --frame f.json -o a.xodr",
+        ),
+        ("f.json", DEEP, "convert village.osm --frame f.json -o a.xodr"),
+    ],
+)
+def test_numbers_and_depths_that_nothing_has(
+    name: str,
+    text: str,
+    words: str,
+    network: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_area(tmp_path)
+    Path("map.xodr").write_bytes(network.read_bytes())
+    Path(name).write_text(text, encoding="utf-8")
+    assert main(words.split()) in (1, 2)
+    error = capsys.readouterr().err
+    assert "internal error" not in error
+    assert name in error or "A" * 99 in error

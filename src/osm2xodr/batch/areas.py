@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import unicodedata
@@ -17,6 +16,7 @@ from osm2xodr.batch.model import Area
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.projection import make_frame, to_geographic, to_local
+from osm2xodr.system import parse_json
 
 RingDeg = tuple[tuple[float, float], ...]
 
@@ -210,8 +210,8 @@ def read_file(path: Path) -> bytes:
 def read_polygons(path: Path) -> list[tuple[str, tuple[RingDeg, ...]]]:
     """Return the name, which may be empty, and the rings of each polygon of a GeoJSON file."""
     try:
-        document = json.loads(read_file(path))
-    except (ValueError, RecursionError) as error:
+        document = parse_json(read_file(path))
+    except ValueError as error:
         raise InputError(f"{path} is not GeoJSON ({error}); give polygons in GeoJSON") from error
     kind = document.get("type") if isinstance(document, dict) else None
     features = document.get("features") if kind == "FeatureCollection" else [document]

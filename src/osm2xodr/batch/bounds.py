@@ -13,7 +13,7 @@ from osm2xodr import __version__
 from osm2xodr.batch.areas import RingDeg
 from osm2xodr.model import LocalFrame
 from osm2xodr.projection import to_geographic
-from osm2xodr.system import stream_to
+from osm2xodr.system import parse_json, stream_to
 
 _Bounds = tuple[float, float, float, float]
 
@@ -21,7 +21,7 @@ _Bounds = tuple[float, float, float, float]
 def recall_bounds(out_dir: Path, source: Path) -> _Bounds | None:
     """Return the bounds of a map, west, south, east, north, degrees; None if unknown or if the map has changed."""
     try:
-        known = json.loads(_file(out_dir).read_bytes())
+        known = parse_json(_file(out_dir).read_bytes())
         if known["mark"] != _mark(source):
             return None
         west, south, east, north = (float(value) for value in known["bounds"])

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.system import stream_to
+from osm2xodr.system import parse_json, stream_to
 
 # Version of the layout of states; a file of another version counts as no state.
 _FORMAT: Final = 1
@@ -87,7 +87,7 @@ def contents(marks: Iterable[Mark]) -> list[tuple[str, str]]:
 def load_state(path: Path) -> State | None:
     """Read a state; None if there is none, or none of this layout."""
     try:
-        data: Any = json.loads(path.read_bytes())
+        data: Any = parse_json(path.read_bytes())
         if data.pop("format") != _FORMAT:
             return None
         data["arguments"] = tuple(data["arguments"])

@@ -21,7 +21,7 @@ from osm2xodr.batch.model import CutRequest
 from osm2xodr.batch.out_dir import OutDir
 from osm2xodr.model import Corrections, Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
-from osm2xodr.system import stream_to
+from osm2xodr.system import parse_json, stream_to
 
 # Version of the layout of records; one of another version counts as none.
 _FORMAT: Final = 2
@@ -140,7 +140,7 @@ class KeptCuts:
     def _known(self, name: str, item: PlannedArea, mark: Mark) -> dict[str, int] | None:
         """Return the number of ways that become streets in each area of a cut that is there; None if it is not."""
         try:
-            data = json.loads(self._path(name).read_bytes())
+            data = parse_json(self._path(name).read_bytes())
             if data.pop("format") != _FORMAT:
                 return None
             record = _Record(**data)

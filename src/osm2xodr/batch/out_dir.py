@@ -84,7 +84,7 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
 
 def write_if_changed(path: Path, document: dict[str, Any]) -> None:
     """Write JSON, unless the file has the same contents already."""
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).encode("utf-8") + b"\n"
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).encode("utf-8", "replace") + b"\n"
     with contextlib.suppress(OSError):
         if path.read_bytes() == text:
             return

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -18,6 +17,7 @@ from osm2xodr.batch.areas import PlannedArea
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline, Partition
 from osm2xodr.projection import make_frame
+from osm2xodr.system import parse_json
 
 # Version of the layout; goes up when a field is removed or changes its meaning.
 _FORMAT: Final = 1
@@ -57,7 +57,7 @@ def read_partition(path: Path, own: str, *, in_block: bool = False) -> Partition
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8"
         raise InputError(f"{path} cannot be read: {why.lower()}; give the file that the batch wrote") from error
-    except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, IndexError, OverflowError) as error:
         raise InputError(
             f"{path} does not say how areas lie side by side; give the file that osm2xodr batch --shared-frame wrote"
         ) from error
@@ -81,7 +81,7 @@ def _read(path: Path, size: int, mtime_ns: int) -> tuple[Partition, tuple[str, .
 
     What is wrong with the file raises one of the errors that `read_partition` catches.
     """
-    table = json.loads(path.read_text(encoding="utf-8"))
+    table = parse_json(path.read_text(encoding="utf-8"))
     if table["format"] != _FORMAT:
         raise InputError(
             f"{path} has format {table['format']}, and this version reads {_FORMAT}; run the batch again"

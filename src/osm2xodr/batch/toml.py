@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,10 +19,21 @@ def parse_toml(path: Path, text: str) -> dict[str, Any]:
     else:
         import tomli as tomllib
     try:
-        document: dict[str, Any] = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        document: dict[str, Any] = _within_64_bits(tomllib.loads(text))
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is not TOML: {error}; see https://toml.io") from error
     return document
+
+
+def _within_64_bits(value: Any) -> Any:
+    """Return a value with infinity in place of whole numbers of more than the 64 bits that TOML has for them."""
+    if isinstance(value, dict):
+        return {key: _within_64_bits(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_within_64_bits(item) for item in value]
+    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
+        return math.inf if value > 0 else -math.inf
+    return value
 
 
 def decoded(path: Path, contents: bytes) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,11 +16,12 @@ from osm2xodr.batch.kept_cuts import KeptCuts, cut_name
 from osm2xodr.batch.model import Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.shared_frame import shared_frame
-from osm2xodr.batch.workers import AreaJob, Outcome, Workers, running, uninterrupted
+from osm2xodr.batch.workers import AreaJob, Outcome, Workers, running
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError, SwappedAxesError
 from osm2xodr.model import Corrections, unused
 from osm2xodr.surface import is_virtual, virtual_sources
+from osm2xodr.system import parse_json, uninterrupted
 
 # Options that do not change the result of a conversion; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
@@ -365,12 +365,11 @@ def _report_unused(corrections: Corrections, reports: Sequence[Path], diagnostic
 def _applied(report: Path) -> Iterator[tuple[str, str]]:
     """Yield element and key of the corrections that were applied by a report; an area without roads has none."""
     try:
-        found = json.loads(report.read_bytes())["diagnostics"]
-    except FileNotFoundError:
-        return
-    for item in found:
-        if item["code"] == "correction":
-            yield item["osm_id"], item["message"].partition(":")[0]
+        found = parse_json(report.read_bytes())["diagnostics"]
+        applied = [(item["osm_id"], item["message"]) for item in found if item["code"] == "correction"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return  # The index of the batch says so
+    yield from ((osm_id, message.partition(":")[0]) for osm_id, message in applied)
 
 
 def _plain(path: Path) -> str:

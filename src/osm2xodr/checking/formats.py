@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
+import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
@@ -16,6 +18,8 @@ from osm2xodr.checking.result import CheckResult, place
 from osm2xodr.checking.rules import RULES, Severity
 from osm2xodr.diagnostics import counted
 
+# XML 1.0, production 2.
+_NOT_IN_XML: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SARIF_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
 
 
@@ -87,7 +91,7 @@ def _sarif_result(result: CheckResult, finding: Finding, rule: int) -> dict[str,
     """Return a finding as a result of SARIF."""
     location: dict[str, Any] = {
         "physicalLocation": {
-            "artifactLocation": {"uri": quote(result.path.as_posix())},
+            "artifactLocation": {"uri": quote(os.fsencode(result.path.as_posix()))},
             # SARIF counts lines from 1.
             "region": {"startLine": max(finding.line, 1)},
         },
@@ -112,7 +116,10 @@ def as_junit(result: CheckResult, fail_on: Severity) -> str:
     failing = {item.rule for item in result.counts if item.severity >= fail_on}
     counts = result.by_rule()
     suite = ElementTree.Element(
-        "testsuite", name=f"osm2xodr check {result.path}", tests=str(len(result.rules)), failures=str(len(failing))
+        "testsuite",
+        name=_printable(f"osm2xodr check {result.path}"),
+        tests=str(len(result.rules)),
+        failures=str(len(failing)),
     )
     for name in sorted(result.rules):
         case = ElementTree.SubElement(suite, "testcase", classname="osm2xodr.check", name=name)
@@ -130,8 +137,8 @@ def as_junit(result: CheckResult, fail_on: Severity) -> str:
 
 
 def _printable(text: str) -> str:
-    """Return text without the characters that XML does not allow."""
-    return "".join(letter for letter in text if letter >= " " or letter in "\n\t")
+    """Return text with the replacement character for those that XML 1.0 does not allow."""
+    return _NOT_IN_XML.sub("\ufffd", text)
 
 
 FORMATS: Final[Mapping[str, Callable[[CheckResult, Severity], str]]] = MappingProxyType(

@@ -5,7 +5,6 @@ Both give values to options that the command line does not give.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -17,7 +16,7 @@ from click.core import ParameterSource
 from osm2xodr.cli.options import PATH
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.library import DECLARATIONS, Declaration
-from osm2xodr.system import label
+from osm2xodr.system import label, parse_json
 
 if TYPE_CHECKING:
     from osm2xodr.reporting import Written
@@ -148,11 +147,11 @@ def _parse_report(path: Path) -> dict[str, Any]:
     from osm2xodr.batch import read_file
 
     try:
-        document = json.loads(read_file(path))
+        document = parse_json(read_file(path))
         if isinstance(document["input"]["area"], str) and isinstance(document["output"]["file"], str):
             found: dict[str, Any] = document
             return found
-    except (ValueError, LookupError, TypeError, RecursionError):
+    except (ValueError, LookupError, TypeError):
         pass
     raise InputError(f"{path} is not a report of convert; give the file that convert --report-json wrote")
 

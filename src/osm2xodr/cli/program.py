@@ -88,10 +88,7 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
     except MemoryError:
         return _fail("the memory is not enough for this area; choose a smaller one, or give only --ways major")
     except OSError as error:
-        if error.filename is not None or error.errno not in _STREAM_ERRORS:
-            return _crash(error, session.verbose)
-        silence_standard_output()
-        return _fail(f"standard input or output cannot be used: {(error.strerror or str(error)).lower()}")
+        return _system_error(error, session.verbose)
     except Exception as error:
         # Up to 3.11 Python wraps what interrupts it while it makes a class.
         if isinstance(error.__cause__, KeyboardInterrupt):
@@ -164,6 +161,21 @@ def _fail(message: str, status: int = CANNOT) -> int:
     """Print in one line what went wrong and return the exit status."""
     click.echo(f"osm2xodr: error: {' '.join(message.split())}", err=True)
     return status
+
+
+def _system_error(error: OSError, verbose: int) -> int:
+    """Print what the system refused and return the exit status."""
+    reason = (error.strerror or str(error)).lower()
+    if error.errno == errno.EMFILE:
+        return _fail(f"{reason}; allow more of them (ulimit -n)")
+    if error.filename is not None:
+        if verbose > 1:
+            traceback.print_exception(error)
+        return _fail(f"{error.filename} cannot be used: {reason}; check the path")
+    if error.errno not in _STREAM_ERRORS:
+        return _crash(error, verbose)
+    silence_standard_output()
+    return _fail(f"standard input or output cannot be used: {reason}")
 
 
 def _crash(error: Exception, verbose: int) -> int:

@@ -23,7 +23,7 @@ def write_obj(mesh: RoadMesh, stream: ByteSink, library: str | None, *, y_up: bo
     axes = "y up, x east, -z north" if y_up else "z up, x east, y north"
     stream.write(f"# osm2xodr: road surface, m, {axes}\n# origin at inertial x={x:g} y={y:g} z={z:g}\n".encode())
     if library is not None:
-        stream.write(f"mtllib {library}\n".encode())
+        stream.write(f"mtllib {library}\n".encode("utf-8", "surrogateescape"))
     vertices = mesh.vertices[:, [0, 2, 1]] * [1, 1, -1] if y_up else mesh.vertices
     for first in range(0, len(vertices), _BLOCK):
         rows = np.round(vertices[first : first + _BLOCK], 4) + 0.0

@@ -97,7 +97,7 @@ def _fetch(place: Place, options: FetchOptions, models: list[ElevationModel], os
     dems = fetch_models(connection, with_margin(box), models, options, options.out_dir) if models else []
     sources = options.out_dir / _SOURCES
     with stream_to(sources) as stream:
-        stream.write(sources_text(place, osm, dems).encode())
+        stream.write(sources_text(place, osm, dems).encode("utf-8", "replace"))
     return FetchedArea(osm, tuple(dems), sources)
 
 

@@ -16,7 +16,7 @@ from typing import Any, Final
 from osm2xodr.errors import OutputError
 from osm2xodr.fetching.connection import Connection, Response, again, host, shown
 from osm2xodr.fetching.options import ServerError
-from osm2xodr.system import appended, complete, is_page, make_folder, plain_text, stream_to
+from osm2xodr.system import appended, complete, is_page, make_folder, parse_json, plain_text, stream_to
 
 # Bytes that show what a file is.
 _HEAD: Final = 4096
@@ -112,7 +112,7 @@ class _State:
 
     def _mark(self) -> str:
         try:
-            return str(json.loads(self._file.read_bytes())["mark"])
+            return str(parse_json(self._file.read_bytes())["mark"])
         except (OSError, ValueError, LookupError, TypeError):
             return ""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, Final
 
 from osm2xodr.errors import InputError
 from osm2xodr.model import Corrections, NodeCorrection, WayCorrection
+from osm2xodr.system import parse_json
 
 _ELEMENT: Final = re.compile(r"(way|node|relation)/(-?\d{1,18})", re.ASCII)
 _ID: Final = re.compile(r"-?\d{1,18}", re.ASCII)
@@ -78,8 +78,8 @@ def _toml(path: Path, text: str) -> _Elements:
 def _geojson(path: Path, text: str) -> _Elements:
     """Return the keys of each element that features of a GeoJSON file name in their properties."""
     try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        document = parse_json(text)
+    except ValueError as error:
         raise InputError(f"{path} is not GeoJSON ({error}); give corrections in GeoJSON, or in TOML") from error
     features = document.get("features") if isinstance(document, dict) else None
     if not isinstance(features, list):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -164,8 +165,16 @@ def export_format(output: Path, given: str | None) -> str:
 
 
 def materials_file(output: Path, form: str) -> Path | None:
-    """Return the file of materials that comes with an export; None where there is none."""
-    return output.with_suffix(".mtl") if form == "obj" and output != STANDARD_OUTPUT else None
+    """Return the file of materials that comes with an export; None where there is none.
+
+    `OptionError` says that OBJ, which ends names with the line, cannot name it.
+    """
+    if form != "obj" or output == STANDARD_OUTPUT:
+        return None
+    found = output.with_suffix(".mtl")
+    if any(unicodedata.category(letter) == "Cc" for letter in found.name):
+        raise OptionError(f"output {found.name!r} has a control character, which OBJ cannot name; choose another")
+    return found
 
 
 def projector_file(output: Path, form: str, projector: str | None) -> Path | None:

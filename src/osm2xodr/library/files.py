@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -15,7 +14,7 @@ from osm2xodr.errors import InputError, OptionError
 from osm2xodr.library.options import paths, refused
 from osm2xodr.reporting import Written
 from osm2xodr.surface import expand
-from osm2xodr.system import STANDARD_OUTPUT
+from osm2xodr.system import STANDARD_OUTPUT, parse_json
 from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
 
 if TYPE_CHECKING:
@@ -285,7 +284,7 @@ def _picture_format(output: Path, given: str | None) -> str:
 def _read_log(path: Path) -> dict[str, Any]:
     """Read what ``convert --report-json`` wrote."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = parse_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not JSON"
         raise InputError(f"{path}: cannot read the report of convert ({reason}); write it anew") from error

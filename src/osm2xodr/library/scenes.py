@@ -51,7 +51,8 @@ def export_scene(
     file
         The file, or what `read` returned.
     folder
-        Folder to write: one tile per file, and ``scene.json``. An empty folder or a scene that is there is replaced.
+        Folder to write: one tile per file, and ``scene.json``. Of a scene that is there the files that its
+        ``scene.json`` lists are replaced; all others stay.
     dem
         Elevation model, or several of them, for the ground; patterns and folders as in `convert`. Without any the
         ground is a strip beside the roads.
@@ -97,25 +98,28 @@ def export_scene(
     if not can_make_scenes():
         raise InputError(NEEDS_SHAPELY)
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
+    from osm2xodr.opendrive import OpenDrive
     from osm2xodr.surface import SurfaceOptions
     from osm2xodr.system import atomic_folder, check_folder
 
     target = Path(folder)
-    check_folder(target, MANIFEST)
-    drive = drive_of(file)
     models = expand(paths(dem))
+    inputs = [
+        file.path if isinstance(file, OpenDrive) else Path(file),
+        *models,
+        *([] if osm is None else [Path(osm)]),
+    ]
+    check_folder(target, MANIFEST, inputs)
+    drive = drive_of(file)
     diagnostics = Diagnostics()
     ground = _ground(drive, models, SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit), diagnostics)
     scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _surroundings(drive, osm), size)
     owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
     owed += [] if ground is None else [item.attribution for item in ground[1].dems]
     credits = list(dict.fromkeys(value.strip() for value in owed if value.strip()))
-    with atomic_folder(target, MANIFEST) as place:
+    with atomic_folder(target, MANIFEST, inputs) as place:
         layout = SceneFormat(form, size, up == "y", carla)
         names = write_scene(scene, drive, place, layout, f"osm2xodr {__version__}", credits)
-        if carla:
-            names = (*names, f"{carla}.xodr")
-            (place / names[-1]).write_bytes(drive.path.read_bytes())
     if say is not None:
         for note in scene.notes:
             say(note)

@@ -16,7 +16,8 @@ def read_tree(path: Path) -> Element:
     try:
         parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True, remove_blank_text=True)
         with path.open("rb") as stream:
-            root = etree.parse(xml_stream(stream), parser).getroot()
+            # The address is one that is always UTF-8, which names of files need not be.
+            root = etree.parse(xml_stream(stream), parser, base_url="").getroot()
     except (OSError, EOFError, etree.XMLSyntaxError) as error:
         raise InputError(f"cannot read {path}: {error}; give a file of OpenDRIVE") from error
     if "}" in root.tag:

@@ -16,12 +16,17 @@ if TYPE_CHECKING:
         label as label,
         lock as lock,
         make_folder as make_folder,
+        parse_json as parse_json,
         remove_made as remove_made,
         settle as settle,
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
     )
-    from osm2xodr.system.folders import atomic_folder as atomic_folder, check_folder as check_folder
+    from osm2xodr.system.folders import (
+        FILES_KEY as FILES_KEY,
+        atomic_folder as atomic_folder,
+        check_folder as check_folder,
+    )
     from osm2xodr.system.limits import (
         ENDING_SIGNALS as ENDING_SIGNALS,
         LEAST_MEMORY as LEAST_MEMORY,
@@ -42,6 +47,7 @@ if TYPE_CHECKING:
         stage as stage,
         time_left as time_left,
     )
+    from osm2xodr.system.signals import uninterrupted as uninterrupted
     from osm2xodr.system.streams import (
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
@@ -61,12 +67,13 @@ __getattr__ = lazy_exports(
             "label",
             "lock",
             "make_folder",
+            "parse_json",
             "remove_made",
             "settle",
             "silence_standard_output",
             "stream_to",
         ),
-        "folders": ("atomic_folder", "check_folder"),
+        "folders": ("FILES_KEY", "atomic_folder", "check_folder"),
         "limits": (
             "ENDING_SIGNALS",
             "LEAST_MEMORY",
@@ -81,6 +88,7 @@ __getattr__ = lazy_exports(
         "pages": ("is_page", "plain_text"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "progress": ("Progress", "advance", "shown", "stage", "time_left"),
+        "signals": ("uninterrupted",),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
         "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
         "xml_text": ("xml_stream",),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import importlib
+import json
 import os
 import secrets
 import stat
@@ -22,6 +23,8 @@ from osm2xodr.errors import OutputError
 
 # How often a lock is tried that another process holds, where the system cannot wait for it, s.
 _LOCK_CHECK: Final = 0.2
+# Digits that any whole number of 64 bits has room for.
+_DIGITS: Final = 18
 
 
 class ByteSink(Protocol):
@@ -162,6 +165,21 @@ def _lock_on_windows(descriptor: int, *, wait: bool) -> bool:
             time.sleep(_LOCK_CHECK)
         else:
             return True
+
+
+def parse_json(data: bytes | str) -> Any:
+    """Return what JSON says; ValueError for what is none, or nested too deeply.
+
+    Whole numbers of more than 64 bits are read as floating-point ones, as other readers do (RFC 8259, 6).
+    """
+    try:
+        return json.loads(data, parse_int=_whole)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _whole(text: str) -> int | float:
+    return int(text) if len(text) <= _DIGITS else float(text)
 
 
 def make_folder(path: Path) -> None:

@@ -21,7 +21,7 @@ from osm2xodr.exporting.scene.carla import carla_names, tiles_info, without_gaps
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
-from osm2xodr.library import export_scene
+from osm2xodr.library import export_scene, read
 from osm2xodr.model import FloatArray, Surroundings, Water
 from osm2xodr.opendrive import Header, frame_of
 
@@ -280,3 +280,77 @@ def test_options_that_cannot_be(options: dict[str, object], name: str, tmp_path:
     with pytest.raises(OptionError, match=name):
         export_scene(tmp_path / "map.xodr", tmp_path / "scene", **options)  # type: ignore[arg-type]
     assert not (tmp_path / "scene").exists()
+
+
+def scene_with_work_of_others(folder: Path) -> Path:
+    """Write a scene, and put a file of the user into its folder."""
+    network(folder)
+    target = folder / "scene"
+    export_scene(folder / "map.xodr", target, format="obj")
+    (target / "work.blend").write_text("mine", encoding="utf-8")
+    return target
+
+
+def test_only_listed_files_are_replaced_and_removed(tmp_path: Path) -> None:
+    target = scene_with_work_of_others(tmp_path)
+    inode = target.stat().st_ino
+    assert {"tile_0_0.obj", "scene.mtl"} <= {path.name for path in target.iterdir()}
+    export_scene(tmp_path / "map.xodr", target, carla="Town")
+    listed = json.loads((target / "scene.json").read_text(encoding="utf-8"))["files"]
+    assert {path.name for path in target.iterdir()} == {*listed, "scene.json", "work.blend"}
+    assert not {"tile_0_0.obj", "scene.mtl"} & set(listed)
+    assert {"Town.json", "Town.xodr"} <= set(listed)
+    assert (target / "work.blend").read_text(encoding="utf-8") == "mine"
+    # The folder itself may be a mount point.
+    assert target.stat().st_ino == inode
+
+
+def test_an_input_in_the_folder_is_refused(tmp_path: Path) -> None:
+    target = scene_with_work_of_others(tmp_path)
+    (target / "in.xodr").write_bytes((tmp_path / "map.xodr").read_bytes())
+    before = {path.name: path.read_bytes() for path in target.iterdir()}
+    with pytest.raises(OutputError, match=r"the input .*in\.xodr lies in the folder"):
+        export_scene(target / "in.xodr", target)
+    with pytest.raises(OutputError, match=r"the input .*in\.xodr lies in the folder"):
+        export_scene(read(target / "in.xodr"), target)
+    assert {path.name: path.read_bytes() for path in target.iterdir()} == before
+
+
+def test_a_file_of_the_name_of_a_tile_stays(tmp_path: Path) -> None:
+    target = scene_with_work_of_others(tmp_path)
+    (target / "tile_0_0.glb").write_text("mine", encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in target.iterdir()}
+    with pytest.raises(OutputError, match=r"tile_0_0\.glb is not of what was written there before"):
+        export_scene(tmp_path / "map.xodr", target)
+    assert {path.name: path.read_bytes() for path in target.iterdir()} == before
+
+
+@pytest.mark.parametrize("text", ["{}", "[" * 10**5, '{"files": ["../work.blend"]}', '{"files": [1]}', "\udcff"])
+def test_an_index_that_lists_no_files_is_refused(text: str, tmp_path: Path) -> None:
+    target = scene_with_work_of_others(tmp_path)
+    (target / "scene.json").write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(OutputError, match=r"scene\.json does not list the files"):
+        export_scene(tmp_path / "map.xodr", target)
+    assert (target / "work.blend").is_file()
+
+
+def test_a_killed_export_is_completed_by_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = scene_with_work_of_others(tmp_path)
+    old = {path.name for path in target.iterdir()}
+    moves: list[Path] = []
+    replace_file = Path.replace
+
+    def killed(self: Path, other: Path) -> Path:
+        moves.append(other)
+        if len(moves) == 3:
+            raise KeyboardInterrupt
+        return replace_file(self, other)
+
+    monkeypatch.setattr(Path, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        export_scene(tmp_path / "map.xodr", target, carla="Town")
+    monkeypatch.undo()
+    assert old <= {path.name for path in target.iterdir()}
+    assert json.loads((target / "scene.json").read_text(encoding="utf-8"))["incomplete"] is True
+    files = export_scene(tmp_path / "map.xodr", target, carla="Town")
+    assert {path.name for path in target.iterdir()} == {*(path.name for path in files), "work.blend"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ from osm2xodr.batch.model import Result, Status
 from osm2xodr.batch.out_dir import OutDir
 from osm2xodr.diagnostics import Kind
 from osm2xodr.reporting import REPORT_FORMAT
+from osm2xodr.system import parse_json
 
 # Endings of the files of an area: road network, report, page to explore.
 _SUFFIXES = (".xodr", ".json", ".html")
@@ -89,8 +89,8 @@ def _row(out_dir: Path, result: Result) -> AreaRow:
 def _read(path: Path) -> Figures | None:
     """Return the figures of a report; None if there is none of this layout."""
     try:
-        report = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        report = parse_json(path.read_bytes())
+    except (OSError, ValueError):
         return None
     if not isinstance(report, dict) or report.get("format") != REPORT_FORMAT:
         return None

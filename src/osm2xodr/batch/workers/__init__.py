@@ -5,6 +5,5 @@ from __future__ import annotations
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome
 from osm2xodr.batch.workers.dask_cluster import check_dask
 from osm2xodr.batch.workers.pool import Workers, running
-from osm2xodr.batch.workers.signals import uninterrupted
 
-__all__ = ["AreaJob", "Outcome", "Workers", "check_dask", "running", "uninterrupted"]
+__all__ = ["AreaJob", "Outcome", "Workers", "check_dask", "running"]

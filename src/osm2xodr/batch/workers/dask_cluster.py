@@ -12,9 +12,8 @@ from multiprocessing import resource_tracker
 from typing import Any, Final
 
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, blocks_of, end_areas, run_block
-from osm2xodr.batch.workers.signals import uninterrupted
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.system import LEAST_MEMORY
+from osm2xodr.system import LEAST_MEMORY, uninterrupted
 
 # Dask's classes, which are loaded when there is work.
 _Client = Any

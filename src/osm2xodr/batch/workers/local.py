@@ -12,8 +12,7 @@ import threading
 from collections.abc import Iterator, Sequence
 
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, blocks_of, end_areas, run_each
-from osm2xodr.batch.workers.signals import uninterrupted
-from osm2xodr.system import LEAST_MEMORY, available_memory
+from osm2xodr.system import LEAST_MEMORY, available_memory, uninterrupted
 
 _Ended = tuple[AreaJob, Outcome | BaseException]
 

@@ -153,7 +153,7 @@ def _tree(path: Path) -> Any:
     from lxml import etree
 
     with path.open("rb") as file:
-        return etree.parse(xml_stream(file), etree.XMLParser(**_SAFE))
+        return etree.parse(xml_stream(file), etree.XMLParser(**_SAFE), base_url="")
 
 
 def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:

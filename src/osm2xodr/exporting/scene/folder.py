@@ -17,6 +17,7 @@ from osm2xodr.exporting.scene.obj import obj_materials, write_obj_tile
 from osm2xodr.exporting.scene.scene import Scene
 from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.system import FILES_KEY
 
 MANIFEST: Final = "scene.json"
 _LIBRARY: Final = "scene.mtl"
@@ -65,11 +66,15 @@ def write_scene(
         extra.append(f"{form.carla}.json")
         text = json.dumps(package_of(form.carla, form.tile, names), indent=2)
         (folder / extra[-1]).write_text(text + "\n", encoding="utf-8")
+        extra.append(f"{form.carla}.xodr")
+        (folder / extra[-1]).write_bytes(file.path.read_bytes())
         if len(tiles) > 1:
             extra.append(TILES_INFO)
             (folder / TILES_INFO).write_text(tiles_info(tiles[0], form.tile), encoding="ascii")
-    document = _manifest(scene, file, form, generator, credits, rows)
-    (folder / MANIFEST).write_text(json.dumps(document, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    document = _manifest(scene, file, form, generator, credits, rows, [*names, *extra])
+    # Names of files may contain lone surrogates, which UTF-8 cannot encode.
+    text = json.dumps(document, ensure_ascii=False, indent=1) + "\n"
+    (folder / MANIFEST).write_bytes(text.encode("utf-8", "replace"))
     return (*names, *extra, MANIFEST)
 
 
@@ -105,6 +110,7 @@ def _manifest(
     generator: str,
     credits: Sequence[str],
     rows: Sequence[dict[str, Any]],
+    files: Sequence[str],
 ) -> dict[str, Any]:
     """Return what tells programs about the scene."""
     up = "y" if form.format == "glb" or form.y_up else "z"
@@ -125,6 +131,7 @@ def _manifest(
         "attribution": list(credits),
         "notes": list(scene.notes),
         "tile_size": form.tile,
+        FILES_KEY: list(files),
         "tiles": list(rows),
         "materials": looks,
     }

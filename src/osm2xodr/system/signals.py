@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from types import FrameType
 
-from osm2xodr.system import ENDING_SIGNALS
+from osm2xodr.system.limits import ENDING_SIGNALS
 
 
 @contextlib.contextmanager
