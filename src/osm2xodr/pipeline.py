@@ -136,14 +136,29 @@ def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics:
         diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
         return _Terrain(FlatSurface())
     # They load the reader of rasters.
-    from osm2xodr.surface import points_along, read_surface
+    from osm2xodr.surface import points_along, read_surface, suspect_feet
 
     x, y = points_along(network.streets)
     surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
+    if network.node_heights:
+        suspect_feet(options.dems, surface, *_known_heights(network), diagnostics)
     origin = COMMON_ORIGIN if options.partition else None
     # Beside the plan view, which takes as long and needs no heights.
     ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
     return _Terrain(surface, ground, surface.dems)
+
+
+def _known_heights(network: StreetNetwork) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and the height of the nodes of streets whose height OSM knows, (n,), m."""
+    known = network.node_heights
+    places = {
+        node: (*street.points[row], known[node])
+        for street in network.streets
+        for row, node in enumerate(street.node_ids.tolist())
+        if node in known
+    }
+    x, y, z = np.array(list(places.values())).reshape(-1, 3).T
+    return x, y, z
 
 
 class _Furnishing:

@@ -8,13 +8,15 @@ from typing import Any
 import pytest
 
 import osm2xodr
-from osm2xodr.library.options import DECLARATIONS, DEM_TYPES as DECLARED_DEM_TYPES, SURFACE_METHODS, ConvertOptions
-from osm2xodr.surface import DEM_TYPES, METHODS
+from osm2xodr.library import options as declared_options
+from osm2xodr.library.options import DECLARATIONS, SURFACE_METHODS, ConvertOptions
+from osm2xodr.surface import DEM_ENCODINGS, DEM_TYPES, METHODS
 
 
 def test_words_are_those_of_the_surface() -> None:
     assert SURFACE_METHODS == METHODS
-    assert DECLARED_DEM_TYPES == DEM_TYPES
+    assert declared_options.DEM_TYPES == DEM_TYPES
+    assert declared_options.DEM_ENCODINGS == DEM_ENCODINGS
 
 
 def test_lists_and_tables_become_text() -> None:
@@ -79,7 +81,7 @@ def test_reports_say_what_was_asked_for() -> None:
         "osm2xodr", "area", "dem", "name", "date", "ways", "include_private", "left_hand", "default_lane_width",
         "default_speeds", "guessed_sidewalks", "guessed_shoulders", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
-        "allow_partial", "fail_below_coverage",
+        "dem_encoding", "allow_partial", "fail_below_coverage",
         "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "plan", "target",
         "objects", "furniture", "frame",
     ]  # fmt: skip

@@ -235,7 +235,10 @@ def _convert(
     try:
         if wanted.check or html is not None:
             about_page = ReportOptions(
-                found.path, wanted.dem, json.loads(log or b"null"), dem_crs=options.dem_crs, dem_unit=options.dem_unit
+                *(found.path, wanted.dem, json.loads(log or b"null")),
+                dem_crs=options.dem_crs,
+                dem_unit=options.dem_unit,
+                dem_encoding=options.dem_encoding,
             )
             status, findings = _check_and_show(wanted, about_page, progress)
     finally:

@@ -32,7 +32,7 @@ from osm2xodr.surface import expand
 from osm2xodr.system import label
 
 # Options of scenes, and those of single files: each is refused with the other.
-_OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "osm", "tile", "carla")
+_OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "dem_encoding", "osm", "tile", "carla")
 _OF_FILES: Final = ("layers", "projector")
 
 
@@ -77,7 +77,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
     help="Coordinates of Lanelet2 that Autoware reads: those of FILE, or MGRS.  [default: local, without its file]",
 )
 @dem_option("Elevation models for the ground of a scene")
-@declared_options(("dem_crs", "dem_unit"))
+@declared_options(("dem_crs", "dem_unit", "dem_encoding"))
 @click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file whose buildings and water a scene has.")
 @click.option("--tile", type=float, metavar="M", help="Width of a scene's tiles.  [default: 500; 2000 for CARLA]")
 @click.option("--carla", metavar="NAME", help="Name tiles as CARLA's importer wants those of the large map NAME.")

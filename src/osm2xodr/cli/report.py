@@ -42,7 +42,7 @@ Exit status: 0 written, 1 cannot read or write, 2 wrong usage, 130 interrupted."
 @output_option("HTML page")
 @click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file to hold the roads against.")
 @dem_option("Elevation models to hold the heights against")
-@declared_options(("dem_crs", "dem_unit"))
+@declared_options(("dem_crs", "dem_unit", "dem_encoding"))
 @click.option(
     "--report-json",
     type=PATH,

@@ -32,7 +32,7 @@ Exit status: 0 written, 1 cannot compare, 2 wrong usage, 130 interrupted.""",
 @click.argument("dem", nargs=-1, required=True, type=PATH)
 @output_option("HTML page")
 @click.option("--bbox", metavar="W,S,E,N", help="Look only there, degrees, WGS 84.  [default: all of each model]")
-@declared_options(("dem_crs", "dem_unit"))
+@declared_options(("dem_crs", "dem_unit", "dem_encoding"))
 @overwrite_option
 @quiet_option
 @limit_options

@@ -28,7 +28,10 @@ from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
 # Options that mean nothing without an elevation model.
-_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit", "fail_below_coverage")
+_NEED_DEM: Final = (
+    *("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit", "dem_encoding"),
+    "fail_below_coverage",
+)
 
 
 def convert(
@@ -163,6 +166,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         dem_type=options.dem_type,
         dem_crs=options.dem_crs,
         dem_unit=options.dem_unit,
+        dem_encoding=options.dem_encoding,
         coverage_least=options.fail_below_coverage,
     )
     with refused("dem_sigma"):

@@ -115,6 +115,7 @@ def report(
     dem: AnyPath | Iterable[AnyPath] = (),
     dem_crs: str | None = None,
     dem_unit: str | None = None,
+    dem_encoding: str | None = None,
     report_json: AnyPath | Mapping[str, Any] | None = None,
     title: str = "",
     check: bool = True,
@@ -134,6 +135,8 @@ def report(
         Elevation model, or several of them, to hold the heights against; patterns and folders as in `convert`.
     dem_crs, dem_unit
         CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
+    dem_encoding
+        How those that are pictures code heights as colours: ``terrarium`` or ``mapbox``.
     report_json
         What the conversion reported, as a file or as read from it.
     title
@@ -162,7 +165,15 @@ def report(
 
     log = report_json if report_json is None or isinstance(report_json, Mapping) else _read_log(Path(report_json))
     options = ReportOptions(
-        None if osm is None else Path(osm), expand(paths(dem)), log, title, check, dem_crs, dem_unit, scene
+        None if osm is None else Path(osm),
+        expand(paths(dem)),
+        log,
+        title,
+        check,
+        dem_crs,
+        dem_unit,
+        dem_encoding,
+        scene,
     )
     diagnostics = Diagnostics()
     size = write_report(drive_of(file), Path(output), options, diagnostics)

@@ -24,9 +24,11 @@ from osm2xodr.furniture import EXTRA_OBJECTS
 from osm2xodr.system import STANDARD_OUTPUT
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, check_date
 
-# `osm2xodr.surface.METHODS` and `DEM_TYPES`, which are too slow to load for --help; a test holds them equal.
+# `METHODS`, `DEM_TYPES` and `DEM_ENCODINGS` of `osm2xodr.surface`, which is too slow to load for --help; a test holds
+# them equal.
 SURFACE_METHODS: Final = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES: Final = ("auto", "dtm", "dsm")
+DEM_ENCODINGS: Final = ("terrarium", "mapbox")
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
@@ -162,6 +164,10 @@ class ConvertOptions:
     dem_unit: str | None = _option(
         "Unit of heights of elevation models that do not say theirs, such as ft or us-ft.  [default: m]",
         metavar="UNIT",
+    )
+    dem_encoding: str | None = _option(
+        "How elevation models that are pictures (Terrain-RGB) code heights as colours.  [default: they are refused]",
+        choices=DEM_ENCODINGS,
     )
     allow_partial: bool = _flag(
         "Accept elevation models that cover less than half of the roads, and maps that their server did not send in"

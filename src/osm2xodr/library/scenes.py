@@ -35,6 +35,7 @@ def export_scene(
     dem: AnyPath | Iterable[AnyPath] = (),
     dem_crs: str | None = None,
     dem_unit: str | None = None,
+    dem_encoding: str | None = None,
     osm: AnyPath | None = None,
     format: str = SCENE_FORMATS[0],
     up: str | None = None,
@@ -58,6 +59,8 @@ def export_scene(
         ground is a strip beside the roads.
     dem_crs, dem_unit
         CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
+    dem_encoding
+        How those that are pictures code heights as colours: ``terrarium`` or ``mapbox``.
     osm
         OpenStreetMap file whose buildings and water the scene has.
     format
@@ -112,7 +115,8 @@ def export_scene(
     check_folder(target, MANIFEST, inputs)
     drive = drive_of(file)
     diagnostics = Diagnostics()
-    ground = _ground(drive, models, SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit), diagnostics)
+    known = SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit, dem_encoding=dem_encoding)
+    ground = _ground(drive, models, known, diagnostics)
     scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _surroundings(drive, osm), size)
     owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
     owed += [] if ground is None else [item.attribution for item in ground[1].dems]

@@ -19,12 +19,17 @@ if TYPE_CHECKING:
     from osm2xodr.surface.files import DEM_ENDINGS as DEM_ENDINGS, expand as expand
     from osm2xodr.surface.grids import is_virtual as is_virtual, virtual_sources as virtual_sources
     from osm2xodr.surface.options import (
+        DEM_ENCODINGS as DEM_ENCODINGS,
         DEM_TYPES as DEM_TYPES,
         METHODS as METHODS,
         FlatSurface as FlatSurface,
         SurfaceOptions as SurfaceOptions,
     )
-    from osm2xodr.surface.reading import points_along as points_along, read_surface as read_surface
+    from osm2xodr.surface.reading import (
+        points_along as points_along,
+        read_surface as read_surface,
+        suspect_feet as suspect_feet,
+    )
     from osm2xodr.surface.survey import (
         DemComparison as DemComparison,
         SurfaceComparison as SurfaceComparison,
@@ -40,8 +45,8 @@ __getattr__ = lazy_exports(
         "dem_surface": ("DemSummary", "DemSurface"),
         "files": ("DEM_ENDINGS", "expand"),
         "grids": ("is_virtual", "virtual_sources"),
-        "options": ("DEM_TYPES", "FlatSurface", "METHODS", "SurfaceOptions"),
-        "reading": ("points_along", "read_surface"),
+        "options": ("DEM_ENCODINGS", "DEM_TYPES", "FlatSurface", "METHODS", "SurfaceOptions"),
+        "reading": ("points_along", "read_surface", "suspect_feet"),
         "survey": ("DemComparison", "SurfaceComparison", "compare_surfaces"),
     },
 )

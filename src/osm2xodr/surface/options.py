@@ -12,6 +12,7 @@ from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
+DEM_ENCODINGS = ("terrarium", "mapbox")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,8 @@ class SurfaceOptions:
     # ``ft``; None refuses those without a CRS, and takes heights for metres
     dem_crs: str | None = None
     dem_unit: str | None = None
+    # How elevation models that are pictures code heights as colours, ``terrarium`` or ``mapbox``; None refuses those
+    dem_encoding: str | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

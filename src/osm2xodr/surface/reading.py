@@ -16,7 +16,7 @@ from osm2xodr.model import FloatArray, LocalFrame, Street
 from osm2xodr.projection import to_geographic
 from osm2xodr.surface.coverage import box_text, names_of
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
-from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum, rasters_in, unstated
+from osm2xodr.surface.grids import FOOT, DemSource, GridFrame, convert_heights, parse_datum, rasters_in, unstated
 from osm2xodr.surface.mosaic import (
     DemWindow,
     bounds_deg,
@@ -37,6 +37,11 @@ _CELLS_MAX_BICUBIC: Final = 2**23
 # Spacing of the points along roads that say which cells are needed, m: below the cells of the coarsest elevation
 # models in use (90 m).
 _POINT_STEP: Final = 50.0
+# Places whose heights OSM knows that tell a model in feet, at least, and how high they must be, m: another datum must
+# not look like another unit. And how far heights may be off, as a share. Choices.
+_FEET_PLACES: Final = 3
+_FEET_ABOVE: Final = 50.0
+_FEET_TOLERANCE: Final = 0.15
 # Cells of height 0 from which a model is reported as level: few may be so by chance, or on a shore. A choice.
 _LEVEL_CELLS: Final = 100
 
@@ -86,7 +91,7 @@ def read_surface(
     if not len(x):
         raise InputError("there are no roads to find heights for; choose an area that has some")
     paths = [raster for path in paths for raster in rasters_in(path)]
-    known = unstated(options.dem_crs, options.dem_unit)
+    known = unstated(options.dem_crs, options.dem_unit, options.dem_encoding)
     described = describe_all(paths, known, frame, diagnostics)
     bounds = [bounds_deg(cells) for _, cells in described]
     cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
@@ -116,6 +121,26 @@ def read_surface(
         layered,
         qualities_of(layered, main, sigmas),
     )
+
+
+def suspect_feet(
+    paths: Sequence[Path], surface: DemSurface, x: FloatArray, y: FloatArray, z: FloatArray, diagnostics: Diagnostics
+) -> None:
+    """Report elevation models that seem to be in feet: heights are 3.28 times those at known places.
+
+    x, y (n,), m, are these places, and z their heights by OSM, m.
+    """
+    high = z >= _FEET_ABOVE
+    if high.sum() < _FEET_PLACES:
+        return
+    found, measured = surface.heights(x[high], y[high])
+    ratio = found[measured] / z[high][measured] * FOOT
+    like = np.abs(ratio - 1.0) < _FEET_TOLERANCE
+    if len(ratio) >= _FEET_PLACES and like.mean() > 0.5:
+        text = f"at {like.sum()} of {len(ratio)} places heights are 3.28 times what OSM's ele says, as of feet"
+        diagnostics.guessed(
+            "dem-unit", "", f"{names_of(paths)}: {text}; if they are feet, say so with --dem-unit ft."
+        )
 
 
 def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Diagnostics) -> list[DemWindow]:

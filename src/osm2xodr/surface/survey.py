@@ -76,12 +76,13 @@ def compare_surfaces(
     *,
     dem_crs: str | None = None,
     dem_unit: str | None = None,
+    dem_encoding: str | None = None,
 ) -> SurfaceComparison:
     """Compare interpolations and polynomials on elevation models: local raster files, one or more.
 
-    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. `dem_crs` and `dem_unit` hold
-    for models that do not say theirs, as in `SurfaceOptions`. Of large parts, evenly spread patches are taken.
-    Diagnostics get what is guessed or repaired.
+    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. `dem_crs`, `dem_unit` and
+    `dem_encoding` hold for models that do not say theirs, as in `SurfaceOptions`. Of large parts, evenly spread
+    patches are taken. Diagnostics get what is guessed or repaired.
 
     Raises
     ------
@@ -97,7 +98,7 @@ def compare_surfaces(
         if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
             remedy = "give west, south, east, north in degrees, the smaller ones first"
             raise InputError(f"{west:g},{south:g},{east:g},{north:g} is not a box; {remedy}")
-    known = unstated(dem_crs, dem_unit)
+    known = unstated(dem_crs, dem_unit, dem_encoding)
     rasters = [raster for path in paths for raster in rasters_in(path)]
     return SurfaceComparison(bbox, tuple(_compare(path, known, bbox, diagnostics) for path in rasters))
 

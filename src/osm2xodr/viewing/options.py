@@ -22,9 +22,10 @@ class ReportOptions:
     log: Mapping[str, Any] | None = None  # The report that ``convert --report-json`` writes, as read from JSON
     title: str = ""  # Headline; empty: the name of the road network, or of the file
     check: bool = True  # Whether the file is checked
-    # CRS and unit of heights of elevation models that do not say theirs, as in `osm2xodr.surface.SurfaceOptions`
+    # CRS, unit and encoding of heights of elevation models that do not say theirs, as in `surface.SurfaceOptions`
     dem_crs: str | None = None
     dem_unit: str | None = None
+    dem_encoding: str | None = None
     # Whether the view in 3D shows the scene that `export_scene` makes; None: where it can be made and is not too long
     scene: bool | None = None
 

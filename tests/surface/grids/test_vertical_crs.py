@@ -123,7 +123,7 @@ def test_a_grid_that_is_absent_is_an_error(tmp_path: Path, source: str, target: 
     message = str(caught.value)
     assert message.startswith(f"{path}: heights cannot be converted from ")
     assert grid in message
-    assert f"projsync --file {grid}" in message
+    assert f"pyproj sync --file {grid}" in message
     assert message.count("\n") == 0
 
 

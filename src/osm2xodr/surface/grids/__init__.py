@@ -22,11 +22,12 @@ from osm2xodr.surface.grids.outliers import find_outliers
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
 from osm2xodr.surface.grids.surface_type import looks_covered
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
-from osm2xodr.surface.grids.vertical_crs import convert_heights, parse_datum
+from osm2xodr.surface.grids.vertical_crs import FOOT, convert_heights, parse_datum
 from osm2xodr.surface.grids.voids import fill_voids, rim_of
 from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 
 __all__ = [
+    "FOOT",
     "Cells",
     "DemSource",
     "GridFrame",

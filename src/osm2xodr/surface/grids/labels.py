@@ -12,6 +12,7 @@ from pyproj.exceptions import CRSError, ProjError
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.projection import transformer_from
+from osm2xodr.surface.grids.colours import Encoding, encoding_of
 from osm2xodr.surface.grids.vertical_crs import horizontal_crs, metres_per, vertical_unit
 
 
@@ -21,13 +22,17 @@ class Unstated:
 
     crs: CRS | None = None  # CRS, perhaps with one of heights
     unit: tuple[str, float] | None = None  # Name of the unit of heights, and its length in metres
+    encoding: Encoding | None = None  # How pictures code heights as colours
 
 
 AS_STATED: Final = Unstated()
 
 
-def unstated(crs: str | None, unit: str | None) -> Unstated:
-    """Return what is known of elevation models that do not say it; `InputError` if there is no such CRS or unit."""
+def unstated(crs: str | None, unit: str | None, encoding: str | None = None) -> Unstated:
+    """Return what is known of elevation models that do not say it.
+
+    `InputError` if there is no such CRS, unit or encoding.
+    """
     system = length = None
     if crs is not None:
         remedy = "give a code such as EPSG:25832"
@@ -42,7 +47,7 @@ def unstated(crs: str | None, unit: str | None) -> Unstated:
         if metres is None:
             raise InputError(f"--dem-unit {unit}: this unit is not known; give one such as m, ft or us-ft")
         length = unit, metres
-    return Unstated(system, length)
+    return Unstated(system, length, encoding_of(encoding))
 
 
 def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:

@@ -19,6 +19,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
 from osm2xodr.surface.grids.archive import archive_of, gdal_name
+from osm2xodr.surface.grids.colours import Encoding, codes, likely_encoding
 from osm2xodr.surface.grids.grid import Affine, GridFrame
 from osm2xodr.surface.grids.interpolation import Cells, empty_cells
 from osm2xodr.surface.grids.labels import AS_STATED, Unstated, crs_of, unit_of
@@ -43,6 +44,8 @@ _DRIVERS: Final = (
 _NETWORK: Final = re.compile(r"^/vsi\w+(/|$)|^[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
 # Cells that are read at a time, to bound memory.
 _STRIP_CELLS: Final = 2**22
+# Edge of the sample of a further band that tells whether it is the same everywhere, cells.
+_BAND_SAMPLE: Final = 256
 # Metadata with descriptions of a raster, and how much of each is read, characters.
 _DESCRIPTIONS: Final = (
     *("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title"),
@@ -65,6 +68,7 @@ class DemSource:
     path: Path
     driver: str
     dtype: str
+    coloured: bool  # Whether heights are coded as colours in the first three bands
     crs: CRS  # Horizontal CRS
     # As in `GridFrame`
     affine: Affine
@@ -142,20 +146,25 @@ def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STAT
     with _gdal() as rasterio:
         try:
             with _open(rasterio, path) as dataset:
-                _check_bands(path, dataset, diagnostics)
+                encoding = _encoding(path, dataset, known)
+                _check_bands(path, dataset, encoding, diagnostics)
                 _check_blocks(rasterio, path, dataset)
                 crs = crs_of(path, dataset, known)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
                 if not _is_placed(dataset, crs):
                     remedy = "georeference it with gdal_translate -a_ullr"
                     raise InputError(f"{path}: the raster does not say where it lies; {remedy}")
-                unit, metres = unit_of(path, dataset, crs, known, diagnostics)
-                scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
+                if encoding is None:
+                    unit, metres = unit_of(path, dataset, crs, known, diagnostics)
+                    scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
+                else:
+                    unit, metres, (scale, offset) = "metre", 1.0, encoding
                 if not (np.isfinite([scale, offset]).all() and scale != 0.0):
                     remedy = "correct them with gdal_edit.py"
                     raise InputError(f"{path}: scale {scale} and offset {offset} are not valid for heights; {remedy}")
                 return DemSource(
-                    path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
+                    path, dataset.driver, dataset.dtypes[0], encoding is not None,
+                    horizontal_crs(crs), (a, b, c, d, e, f),
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
                     heights_of(crs), named_cover(path.name, _descriptions(dataset)), _attribution(dataset),
                 )  # fmt: skip
@@ -187,8 +196,12 @@ def read_heights(
                 for row in range(0, frame.rows, strip):
                     count = min(strip, frame.rows - row)
                     place = first_col, first_row + row * block, frame.cols * block, count * block
-                    raw = dataset.read(1, window=rasterio.windows.Window(*place), masked=True)
+                    window = rasterio.windows.Window(*place)
+                    raw = dataset.read((1, 2, 3) if source.coloured else 1, window=window, masked=True)
+                    raw = codes(raw) if source.coloured else raw
                     heights[row : row + count] = _block_means(_metres(source, raw, sentinels), block)
+                place = first_col, first_row, frame.cols * block, frame.rows * block
+                _report_constant(source, dataset, rasterio.windows.Window(*place), heights, diagnostics)
         except (rasterio.errors.RasterioError, OSError, ValueError):
             virtual = source.driver == "VRT"
             why = "refers to a file that is missing or damaged" if virtual else "is damaged or cut short"
@@ -202,6 +215,24 @@ def read_heights(
             "the file does not declare as nodata; they were taken for voids.",
         )
     return heights
+
+
+def _report_constant(source: DemSource, dataset: Any, window: Any, heights: Cells, diagnostics: Diagnostics) -> None:
+    """Report where the first of several bands is the same everywhere around the roads, and another one is not."""
+    if source.coloured or dataset.count < 2 or heights.size < 2 or np.ptp(heights) != 0.0:
+        return
+    shape = tuple(min(size, _BAND_SAMPLE) for size in heights.shape)
+    for band in range(2, dataset.count + 1):
+        other = dataset.read(band, window=window, out_shape=shape, masked=True).compressed()
+        if len(other) and np.ptp(other) > 0.0:
+            diagnostics.guessed(
+                "dem-constant",
+                "",
+                f"{source.path}: the first of the raster's {dataset.count} bands, which was taken for heights, is "
+                f"{heights.flat[0]:g} m everywhere around the roads, and band {band} goes from {other.min():g} to "
+                f"{other.max():g}; if heights stand there, give gdal_translate -b {band} of it.",
+            )
+            return
 
 
 def _metres(source: DemSource, raw: Any, sentinels: dict[float, int]) -> npt.NDArray[np.float64]:
@@ -265,16 +296,31 @@ def _unreadable(path: Path) -> str:
     return "the file is not a raster that can be read, or it is damaged; give a GeoTIFF, HGT or VRT file"
 
 
-def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
-    """Refuse images, and report further bands."""
+def _encoding(path: Path, dataset: Any, known: Unstated) -> Encoding | None:
+    """Return how the colours of a picture code heights, None if it is none; refuse those that code nothing known."""
+    colours = {interpretation.name for interpretation in dataset.colorinterp}
+    if dataset.count == 0 or not all(dtype in ("uint8", "int8") for dtype in dataset.dtypes):
+        return None
+    if dataset.count in (3, 4):
+        if known.encoding is not None:
+            return known.encoding
+        if likely := likely_encoding(dataset):
+            text = f"the raster is a picture whose colours seem to code heights as Terrain-RGB ({likely}) does"
+            raise InputError(f"{path}: {text}; if so, say it with --dem-encoding {likely}")
+    if dataset.count in (3, 4) or "palette" in colours:
+        remedy = "give the elevation model itself, or say with --dem-encoding (terrarium, mapbox) how colours code it"
+        raise InputError(f"{path}: the raster is a picture in colours, which are no heights by themselves; {remedy}")
+    return None
+
+
+def _check_bands(path: Path, dataset: Any, encoding: Encoding | None, diagnostics: Diagnostics) -> None:
+    """Report further bands, and refuse what holds no heights."""
     if dataset.count == 0:
         remedy = "extract one with gdal_translate"
         raise InputError(f"{path}: the file has no raster band but maybe several rasters; {remedy}")
+    if encoding is not None:
+        return
     colours = {interpretation.name for interpretation in dataset.colorinterp}
-    is_byte = all(dtype in ("uint8", "int8") for dtype in dataset.dtypes)
-    if is_byte and (dataset.count in (3, 4) or "palette" in colours):
-        remedy = "give the elevation model itself"
-        raise InputError(f"{path}: the raster is a picture in colours and holds no heights; {remedy}")
     if dataset.dtypes[0].startswith("complex"):
         raise InputError(f"{path}: the raster holds complex numbers and no heights; give an elevation model")
     if dataset.count > 1 and not (dataset.count == 2 and "alpha" in colours):

@@ -34,7 +34,7 @@ _ELLIPSOID: Final = "ellipsoid"
 _WGS84: Final = 4326
 
 # The international foot is 0.3048 m by definition (1959), the US survey foot 1200/3937 m.
-_FOOT: Final = 0.3048
+FOOT: Final = 0.3048
 _US_SURVEY_FOOT: Final = 1200.0 / 3937.0
 _METRES: Final = MappingProxyType(
     {
@@ -43,13 +43,13 @@ _METRES: Final = MappingProxyType(
         **dict.fromkeys(("cm", "centimetre", "centimeter", "centimetres", "centimeters"), 0.01),
         **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), 0.001),
         **dict.fromkeys(("km", "kilometre", "kilometer", "kilometres", "kilometers"), 1000.0),
-        **dict.fromkeys(("ft", "foot", "feet", "international foot", "international feet"), _FOOT),
-        "foot international": _FOOT,
+        **dict.fromkeys(("ft", "foot", "feet", "international foot", "international feet"), FOOT),
+        "foot international": FOOT,
         **dict.fromkeys(("us-ft", "us ft", "ftus", "sft", "us survey foot", "us survey feet"), _US_SURVEY_FOOT),
         **dict.fromkeys(("us foot", "us feet", "survey foot", "foot us"), _US_SURVEY_FOOT),
         **dict.fromkeys(("u.s. survey foot", "u.s. survey feet"), _US_SURVEY_FOOT),
-        **dict.fromkeys(("yd", "yard", "yards"), 3.0 * _FOOT),
-        **dict.fromkeys(("fathom", "fathoms"), 6.0 * _FOOT),
+        **dict.fromkeys(("yd", "yard", "yards"), 3.0 * FOOT),
+        **dict.fromkeys(("fathom", "fathoms"), 6.0 * FOOT),
     }
 )
 
@@ -177,7 +177,7 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
     what = f"{path}: heights cannot be converted from {_label(source)} to {_label(target)}"
     if lacking:
         grids = min(lacking, key=len)
-        commands = " and ".join(f"'projsync --file {name}'" for name in grids)
+        commands = " and ".join(f"'pyproj sync --file {name}'" for name in grids)
         remedy = f"get it with {commands}, or leave --vertical-datum out"
         return InputError(f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; {remedy}")
     remedy = "give another --vertical-datum, or leave it out"

@@ -71,7 +71,9 @@ def read_ground(
     x = np.concatenate((around[0], grid_x.ravel()))
     y = np.concatenate((around[1], grid_y.ravel()))
     # Heights are shown as they are, with trees and roofs if the model has them.
-    options = SurfaceOptions(dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit)
+    options = SurfaceOptions(
+        dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit, dem_encoding=about.dem_encoding
+    )
     height, _ = read_heights(about.dem, frame, x, y, options, diagnostics)
     z = height(grid_x.ravel(), grid_y.ravel()).reshape(rows, columns)
     return height(scene.x, scene.y), Terrain(corner[0], corner[1], steps[0], steps[1], z), height
