@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import pytest
 
 from osm2xodr.batch.manifest import ManifestContext, read_manifest
-from osm2xodr.batch.model import Area
-from osm2xodr.cli.batch_options import area_options, check_area_options
+from osm2xodr.batch.model import Area, for_batches
+from osm2xodr.cli.batch_options import area_options, check_area_options, parse_options
+from osm2xodr.cli.convert import convert
 from osm2xodr.errors import InputError
+from osm2xodr.library import DECLARATIONS
 
 BOX = ((1.5, 42.5), (1.6, 42.5), (1.6, 42.7), (1.5, 42.7))
 
@@ -189,5 +192,74 @@ def test_options_of_areas_are_those_of_convert_that_name_no_files() -> None:
 
 def test_options_in_order_the_last_of_each() -> None:
     words = ("--timeout", "2min", "--ways", "all", "--left-hand", "--ways", "major")
-    assert check_area_options(words) == ("--ways", "major", "--left-hand", "--timeout", "120.0")
-    assert check_area_options(check_area_options(words)) == check_area_options(words)
+    assert check_area_options(words, False) == ("--ways", "major", "--left-hand", "--timeout", "120.0")
+    assert check_area_options(check_area_options(words, False), False) == check_area_options(words, False)
+
+
+# A value of each option of areas that says more than its kind, and what it needs besides.
+VALUES = {
+    "date": "2024-05-01",
+    "ways": "major",
+    "default-lane-width": "3.0",
+    "vertical-datum": "EPSG:3855",
+    "dem-vertical-datum": "EPSG:5773",
+    "dem-crs": "EPSG:25832",
+    "dem-unit": "ft",
+    "max-grade": "motorway=0.05",
+    "objects": "trees",
+    "max-memory": "2G",
+    "timeout": "2min",
+}
+NEEDS = {"dem-vertical-datum": {"vertical-datum": "EPSG:3855"}}
+
+
+def value_of(name: str) -> str:
+    declared = DECLARATIONS.get(name.replace("-", "_"))
+    return VALUES.get(name) or (
+        declared.choices[-1] if declared and declared.choices else "1" if declared and declared.kind is float else "3"
+    )
+
+
+@pytest.mark.parametrize("name", area_options())
+def test_every_option_of_areas_by_manifest_options_and_config(name: str, tmp_path: Path) -> None:
+    (tmp_path / "dem.tif").touch()
+    flag = area_options()[name]
+    bare = flag or name == "polynomial-order"
+    more = NEEDS.get(name, {})
+    words = tuple(word for key, value in more.items() for word in (f"--{key}", value))
+    words += (f"--{name}",) if flag else (f"--{name}", value_of(name))
+    expected = check_area_options(words, True)
+    assert f"--{name}" in expected
+    keys = {**more, name: "true" if flag else value_of(name)}
+    area = '[[area]]\nname = "a"\nosm = "area.osm"\ndem = "dem.tif"\n'
+    quoted = "".join(f"{key} = {value if bare and key == name else repr(value)}\n" for key, value in keys.items())
+    (own,) = read(tmp_path, area + quoted)
+    assert own.options == expected
+    (given,) = read(tmp_path, area, "areas.toml", *words)
+    assert given.options == expected
+    assert parse_options(shlex.join(words)) == words
+    config = tmp_path / "osm2xodr.toml"
+    config.write_text(f'area = "area.osm"\ndem = "dem.tif"\n[options]\n{quoted}[outputs]\nxodr = "a.xodr"\n')
+    if name in DECLARATIONS or name.replace("-", "_") in DECLARATIONS:
+        by_file = convert.make_context("convert", ["--config", str(config)]).params
+        by_words = convert.make_context("convert", ["area.osm", "-o", "a.xodr", *words]).params
+        key = name.replace("-", "_")
+        assert by_file[key] == by_words[key]
+
+
+def test_options_about_elevation_models_need_one(tmp_path: Path) -> None:
+    text = '[[area]]\nname = "a"\nosm = "area.osm"\ndem-sigma = 1.5\n'
+    with pytest.raises(InputError, match="--dem-sigma is about elevation models; give one with --dem"):
+        read(tmp_path, text)
+    path = tmp_path / "areas.toml"
+    (area,) = read_manifest(path, context(dems=(Path("dem.tif"),)))
+    assert area.options == ("--dem-sigma", "1.5")
+
+
+def test_messages_say_where_a_batch_takes_the_options_that_they_name() -> None:
+    own = frozenset({"--workers", "--dem"})
+    assert for_batches("use fewer --workers", own) == "use fewer --workers"
+    assert for_batches("allow it with --allow-partial, or give --dem", own) == (
+        "allow it with --allow-partial, or give --dem (in a batch: --allow-partial within --options, or allow-partial"
+        " as a key of the manifest)"
+    )

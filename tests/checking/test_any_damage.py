@@ -44,4 +44,4 @@ def test_it_is_reported(seed: int, tmp_path: Path) -> None:
     result = check_file(path, CheckOptions(readers=READERS, ignore=("schema",)))
     assert result.failed(Severity.WARNING)
     for write in FORMATS.values():
-        assert len(write(result, Severity.WARNING)) > 100
+        assert len(write([result], Severity.WARNING)) > 100

@@ -26,7 +26,7 @@ def result(tmp_path: Path) -> CheckResult:
 
 
 def test_text(result: CheckResult) -> None:
-    lines = FORMATS["text"](result, Severity.WARNING).splitlines()
+    lines = FORMATS["text"]([result], Severity.WARNING).splitlines()
     assert lines[0] == f"{result.path}: 1 error, 1 warning, 1 note (OpenDRIVE 1.6, 10 roads, 1 junction, 0.3 km)"
     assert lines[1].startswith("error   road 4 s 40.50 at 100.50,0.00 (49.000000 11.00137")
     assert lines[1].endswith("the road's length differs from the sum of its records by 0.5 m [road-length]")
@@ -39,7 +39,7 @@ def test_text(result: CheckResult) -> None:
 
 
 def test_json(result: CheckResult) -> None:
-    document = json.loads(FORMATS["json"](result, Severity.WARNING))
+    document = json.loads(FORMATS["json"]([result], Severity.WARNING))
     assert (document["errors"], document["warnings"], document["notes"]) == (1, 1, 1)
     assert document["failed"] is True
     assert document["counts"][0] == {"rule": "road-length", "severity": "error", "findings": 1}
@@ -52,7 +52,7 @@ def test_json(result: CheckResult) -> None:
 
 
 def test_json_fails_from_the_given_severity_on(result: CheckResult) -> None:
-    assert json.loads(FORMATS["json"](result, Severity.ERROR))["failed"] is True
+    assert json.loads(FORMATS["json"]([result], Severity.ERROR))["failed"] is True
     mended = CheckResult(*(getattr(result, name) for name in result.__dataclass_fields__))
     assert mended.failed(Severity.ERROR)
     notes = [item for item in result.counts if item.severity is Severity.INFO]
@@ -63,7 +63,7 @@ def test_json_fails_from_the_given_severity_on(result: CheckResult) -> None:
 
 
 def test_sarif(result: CheckResult) -> None:
-    document = json.loads(FORMATS["sarif"](result, Severity.WARNING))
+    document = json.loads(FORMATS["sarif"]([result], Severity.WARNING))
     assert document["version"] == "2.1.0"
     run = document["runs"][0]
     assert [item["id"] for item in run["tool"]["driver"]["rules"]] == ["grade-steep", "priority-road", "road-length"]
@@ -80,7 +80,7 @@ def test_sarif(result: CheckResult) -> None:
 
 
 def test_junit(result: CheckResult) -> None:
-    root = etree.fromstring(FORMATS["junit"](result, Severity.WARNING).encode())
+    root = etree.fromstring(FORMATS["junit"]([result], Severity.WARNING).encode())
     suite = root[0]
     assert (suite.get("tests"), suite.get("failures")) == ("3", "2")
     failed = {case.get("name"): case.find("failure") is not None for case in suite}
@@ -88,10 +88,27 @@ def test_junit(result: CheckResult) -> None:
     failure = one(suite, "testcase[@name='road-length']/failure")
     assert failure.text is not None
     assert "road 4 s 40.50" in failure.text
-    assert FORMATS["junit"](result, Severity.ERROR).count("<failure") == 1
+    assert FORMATS["junit"]([result], Severity.ERROR).count("<failure") == 1
 
 
 def test_the_same_bytes_every_time(result: CheckResult) -> None:
     again = check_file(result.path, CheckOptions(only=tuple(sorted(result.rules))))
     for write in FORMATS.values():
-        assert write(again, Severity.WARNING) == write(result, Severity.WARNING)
+        assert write([again], Severity.WARNING) == write([result], Severity.WARNING)
+
+
+def test_annotations_of_github(result: CheckResult) -> None:
+    lines = FORMATS["github"]([result], Severity.WARNING).splitlines()
+    assert lines[-1] == result.headline()
+    assert len(lines) == len(result.findings) + 1
+    for line, item in zip(lines, result.findings, strict=False):
+        kind = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}[item.severity]
+        assert line.startswith(f"::{kind} file={result.path},line={max(item.line, 1)},title={item.rule}::")
+
+
+def test_several_files(result: CheckResult) -> None:
+    both = [result, result]
+    assert len(json.loads(FORMATS["json"](both, Severity.WARNING))) == 2
+    assert len(json.loads(FORMATS["sarif"](both, Severity.WARNING))["runs"]) == 2
+    assert len(etree.fromstring(FORMATS["junit"](both, Severity.WARNING).encode()).findall("testsuite")) == 2
+    assert FORMATS["text"](both, Severity.WARNING).count(result.headline()) == 2

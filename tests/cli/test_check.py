@@ -84,6 +84,11 @@ def test_formats_go_to_a_file(form: str, damaged: Path, tmp_path: Path, capsys: 
     assert "exists" in capsys.readouterr().err
 
 
+def test_several_files(damaged: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    assert main(["check", str(damaged), str(damaged), "--format", "github", "-q"]) == 1
+    assert capsysbinary.readouterr().out.count(b"::warning file=") == 2
+
+
 def test_standard_input_can_be_checked(damaged: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "osm2xodr", "check", "-", "--format", "json"],

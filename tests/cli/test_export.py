@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from exported_network import network
 from xodr_text import document, road
@@ -38,6 +39,20 @@ def test_formats_by_name(path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "mtllib a.mtl" in (folder / "a.obj").read_text(encoding="utf-8")
     materials = (folder / "a.mtl").read_text(encoding="utf-8")
     assert [line.split()[1] for line in materials.splitlines() if line.startswith("newmtl")] == ["biking", "driving"]
+
+
+def test_a_part(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert export(path, "whole.geojson", "--layers", "lanes") == 0
+    whole = json.loads((path.parent / "whole.geojson").read_text(encoding="utf-8"))["features"]
+    lon, lat = np.array([point[:2] for item in whole for ring in item["geometry"]["coordinates"] for point in ring]).T
+    middle = (lon.min() + lon.max()) / 2.0
+    box = f"{lon.min() - 1e-4},{lat.min() - 1e-4},{middle},{lat.max() + 1e-4}"
+    assert export(path, "part.geojson", "--layers", "lanes", "--bbox", box) == 0
+    part = json.loads((path.parent / "part.geojson").read_text(encoding="utf-8"))["features"]
+    east = max(point[0] for item in part for ring in item["geometry"]["coordinates"] for point in ring)
+    # Roads are cut within a metre of the border, 1.4e-5 degrees.
+    assert lon.min() < east < middle + 1.5e-5
+    assert "left out: " in capsys.readouterr().err
 
 
 def test_same_file_same_bytes(path: Path) -> None:

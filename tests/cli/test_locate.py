@@ -110,6 +110,13 @@ def test_the_bridge_and_the_road_below(path: Path, capsys: pytest.CaptureFixture
     assert best["others"] == 1
 
 
+def test_only_lanes_of_some_types(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    both = json.loads(locate(path, capsys, "--x", 121, "--y", 1, "--all", "--json", "--lane-type", "driving"))
+    assert {item["lane_type"] for item in both["places"]} == {"driving"}
+    assert main(["locate", str(path), "--x", "121", "--y", "1", "--lane-type", "dream"]) == 2
+    assert "has no lanes of type 'dream'; it has " in capsys.readouterr().err
+
+
 def test_text_for_people(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = locate(path, capsys, "--x", 121, "--y", 1)
     assert "road     17 (High Street)\n" in text

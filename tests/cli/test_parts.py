@@ -31,8 +31,8 @@ BOX = "10.999,49.999,11.0007,50.001"
 def test_boxes_and_polygons(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert crop(path, "--bbox", BOX) == 0
     said = capsys.readouterr().err
-    assert "1 ends of roads were cut off" in said
-    assert "left out: 1 roads" in said
+    assert "1 end of a road was cut off" in said
+    assert "left out: 1 road" in said
     part = path.parent / "part.xodr"
     assert read_xodr(part).roads.length.tolist() == [50]
     first = part.read_bytes()
@@ -86,7 +86,7 @@ def test_merging(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     whole = path.parent / "whole.xodr"
     assert main(["merge", str(path), str(other), "-o", str(whole)]) == 0
     said = capsys.readouterr().err
-    assert "1 pairs of ends of roads that meet were linked" in said
+    assert "1 pair of ends of roads that meet: linked" in said
     assert f"wrote {whole}" in said
     assert read_xodr(whole).roads.id == ("1", "2", "3")
     assert main(["merge", str(path), "-o", str(path.parent / "one.xodr")]) == 2

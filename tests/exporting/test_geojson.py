@@ -6,7 +6,9 @@ import io
 import json
 import math
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -84,6 +86,17 @@ def test_signals_and_objects(tmp_path: Path) -> None:
     np.testing.assert_allclose(local([signal["geometry"]["coordinates"]])[0], [30, -6, 103.6], atol=2e-3)
     assert signal["properties"]["type"] == "274"
     assert signal["properties"]["kind"] == "signal"
+    assert (signal["properties"]["s"], signal["properties"]["t"]) == (30.0, -6.0)
+    assert isinstance(signal["properties"]["zOffset"], float)
     np.testing.assert_allclose(local([tree["geometry"]["coordinates"]])[0], [20, 6, 100.9], atol=2e-3)
     corners = local(crossing["geometry"]["coordinates"][0][:-1])
     assert sorted(np.round(corners[:, :2]).tolist()) == [[9, -3], [9, 3], [11, -3], [11, 3]]
+
+
+def test_roads_and_lanes_name_their_ways(tmp_path: Path) -> None:
+    file = network(tmp_path)
+    code = "osm_way_ids"
+    named = replace(file, provenance=MappingProxyType({(0, code): "12 -3 x"}))
+    assert features(named, "roads")[0]["properties"][code] == [12, -3]
+    assert {tuple(item["properties"][code]) for item in features(named, "lanes")} <= {(12, -3), ()}
+    assert features(file, "roads")[0]["properties"][code] == []

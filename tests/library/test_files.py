@@ -32,6 +32,10 @@ def test_a_file_is_read_once_for_all(xodr: Path, tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes() == first
     place = osm2xodr.Locator(network).at_inertial(np.array([20.0]), np.array([0.0]))
     assert len(place.start) == 2
+    by_path = osm2xodr.Locator(xodr).at_inertial(np.array([20.0]), np.array([0.0]))
+    assert by_path.road.tolist() == place.road.tolist()
+    with pytest.raises(osm2xodr.InputError):
+        osm2xodr.Locator(str(tmp_path / "none.xodr"))
 
 
 def test_the_bytes_are_those_of_the_command_line(xodr: Path, tmp_path: Path) -> None:

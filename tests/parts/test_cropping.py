@@ -62,7 +62,7 @@ def curved(folder: Path) -> OpenDrive:
 def test_a_stretch_lies_where_it_lay(tmp_path: Path, begin: float, end: float) -> None:
     whole = curved(tmp_path)
     part, lost = cropped(whole, Choice((Stretch(0, begin, end, begin == 0, end == 100),), frozenset()), tmp_path)
-    assert lost == ["1 ends of roads were cut off"]
+    assert lost == ["1 end of a road was cut off"]
     assert part.roads.length[0] == end - begin
     assert part.misfits == whole.misfits
     s = np.linspace(0.001, end - begin - 0.001, 57)
@@ -115,7 +115,7 @@ def test_a_junction_goes_with_the_ends_of_its_arms(tmp_path: Path) -> None:
     part, lost = cropped(crossing(tmp_path), choose_inside(crossing(tmp_path), west_of(106)), tmp_path)
     assert part.roads.id == ("1", "2", "3")
     assert part.roads.length.tolist() == [100, 10, 4]
-    assert lost == ["1 ends of roads were cut off"]
+    assert lost == ["1 end of a road was cut off"]
     assert part.roads.link[2].tolist() == [0, ABSENT]
     part, lost = cropped(crossing(tmp_path), choose_inside(crossing(tmp_path), west_of(104)), tmp_path)
     assert part.roads.id == ("1",)
@@ -124,14 +124,14 @@ def test_a_junction_goes_with_the_ends_of_its_arms(tmp_path: Path) -> None:
     assert [item.attributes["id"] for item in part.furniture] == ["s1", "s2"]
     assert part.junctions.id == ()
     assert part.roads.link.tolist() == [[ABSENT, ABSENT]]
-    assert lost == ["1 ends of roads were cut off", "left out: 2 roads, 1 junctions"]
+    assert lost == ["1 end of a road was cut off", "left out: 2 roads, 1 junction"]
 
 
 def test_what_is_beyond_the_cut_is_dropped_with_what_refers_to_it(tmp_path: Path) -> None:
     part, lost = cropped(crossing(tmp_path), choose_inside(crossing(tmp_path), west_of(50)), tmp_path)
     assert [(item.attributes["id"], item.s) for item in part.furniture] == [("s1", 20)]
     assert [item.id for item in part.controllers] == ["c1"]
-    assert lost[1] == "left out: 2 roads, 1 junctions, 1 signals and objects beyond cuts, 1 controllers"
+    assert lost[1] == "left out: 2 roads, 1 junction, 1 signal or object beyond cuts, 1 controller"
     root = etree.parse(str(tmp_path / "part.xodr")).getroot()
     assert root.find("road/userData[@code='mine']/deep").get("x") == "1"  # type: ignore[union-attr]
 
@@ -157,7 +157,7 @@ def test_roads_by_id_are_whole(tmp_path: Path) -> None:
     assert part.junctions.id == ("9",)
     part, lost = cropped(file, choose_roads(file, frozenset({"3"})), tmp_path)
     assert part.roads.id == ("3",)
-    assert lost[0].startswith("left out: 2 roads, 1 junctions")
+    assert lost[0].startswith("left out: 2 roads, 1 junction")
 
 
 def test_nothing_is_an_error(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def beyond(x: float = 100.0, y: float = 0.0, hdg: float = 0.0, number: str = "1"
 
 def test_ends_that_meet_are_linked(tmp_path: Path) -> None:
     found, lines = merged(tmp_path, file(tmp_path, "a", road("1")), file(tmp_path, "b", beyond()))
-    assert lines == ["1 pairs of ends of roads that meet were linked", "1 ids that were in use were given anew"]
+    assert lines == ["1 pair of ends of roads that meet: linked", "1 id in use before: given anew"]
     assert found.roads.id == ("1", "2")
     assert found.roads.link_kind.tolist() == [[LinkKind.NONE, LinkKind.ROAD], [LinkKind.ROAD, LinkKind.NONE]]
     assert (found.roads.link[0, 1], found.roads.link[1, 0]) == (1, 0)
@@ -75,14 +75,14 @@ def test_two_ends_may_meet(tmp_path: Path) -> None:
 )
 def test_ends_that_do_not_fit_are_not_linked(tmp_path: Path, other: str) -> None:
     found, lines = merged(tmp_path, file(tmp_path, "a", road("1")), file(tmp_path, "b", other))
-    assert lines[0] == "0 pairs of ends of roads that meet were linked"
+    assert lines[0] == "0 pairs of ends of roads that meet: linked"
     assert not found.roads.link_kind.any()
 
 
 def test_ends_that_meet_several_are_left_alone(tmp_path: Path) -> None:
     files = file(tmp_path, "a", road("1")), file(tmp_path, "b", beyond(number="5"), beyond(number="6"))
     found, lines = merged(tmp_path, *files)
-    assert lines[-1] == "1 ends of roads meet several others and were not linked"
+    assert lines[-1] == "1 end of roads where several others meet: not linked"
     assert not found.roads.link_kind.any()
 
 
@@ -93,12 +93,12 @@ def test_the_same_road_is_there_once(tmp_path: Path) -> None:
     files = file(tmp_path, "a", road("1")), file(tmp_path, "b", road("1", link=link), second)
     found, lines = merged(tmp_path, *files)
     assert found.roads.id == ("1", "2")
-    assert "1 roads that an earlier file has were left out" in lines
+    assert "1 road that an earlier file has: left out" in lines
     # The link that only the second file knows is kept.
     assert (found.roads.link[0, 1], found.roads.link[1, 0]) == (1, 0)
     again, lines = merged(tmp_path, files[1], files[1])
     assert again.roads.id == ("1", "2")
-    assert "2 roads that an earlier file has were left out" in lines
+    assert "2 roads that an earlier file has: left out" in lines
 
 
 def test_references_follow_new_ids(tmp_path: Path) -> None:

@@ -129,8 +129,17 @@ def test_check_target(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError, match=r"is a directory; name a file in it, such as .*/map\.xodr"):
         check_target(tmp_path)
-    with pytest.raises(OutputError, match=r"there is no directory .*/none; make it first"):
-        check_target(tmp_path / "none" / "a.xodr")
+    check_target(tmp_path / "none" / "deeper" / "a.xodr")
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match=r"/file is a file, where a folder should be; choose another place"):
+        check_target(tmp_path / "file" / "a.xodr")
+
+
+def test_folders_of_outputs_are_made(tmp_path: Path) -> None:
+    path = tmp_path / "a" / "b" / "c.txt"
+    with atomic_output(path) as stream:
+        stream.write(b"c")
+    assert path.read_bytes() == b"c"
 
 
 def test_check_target_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,8 +33,9 @@ class ManifestContext:
 
     # Names of the options of ``convert`` that an area may have, without dashes; whether each is a flag
     options: Mapping[str, bool]
-    # Puts options as typed in order; raises ValueError with a sentence where they are wrong
-    check: Callable[[tuple[str, ...]], tuple[str, ...]]
+    # Puts options as typed in order, for areas with elevation models or without; raises ValueError with a sentence
+    # where they are wrong
+    check: Callable[[tuple[str, ...], bool], tuple[str, ...]]
     dems: tuple[Path, ...] = ()  # Elevation models of areas that name none
     given: tuple[str, ...] = ()  # Options for all areas
 
@@ -135,12 +136,13 @@ class _Reader:
             raise InputError(f'{where}: it has no name; give one, such as name = "harbour"')
         both = {**self._common, **keys}
         typed = (*self._context.given, *self._common_options, *self._typed(keys, where))
+        dems = self._dems(both, where)
         try:
-            options = self._context.check((*typed, *self._switches(both, where)))
+            options = self._context.check((*typed, *self._switches(both, where)), bool(dems))
         except ValueError as error:
             raise InputError(f"{where}: {error}") from error
         outline = self._outline(keys, where)
-        return Area(name, self._osm(both, where), self._dems(both, where), options, outline, where)
+        return Area(name, self._osm(both, where), dems, options, outline, where)
 
     def _check_keys(self, keys: _Keys, where: str) -> None:
         known = (*_OWN, *self._context.options)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Set as AbstractSet
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Final
 
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection
+
+_OPTION: Final = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,18 @@ class Result:
     memory: int = 0  # Peak memory of the conversion, bytes; 0 without one
     # What it covers, as in `Area`; the bounds of its roads if it has no outline; empty if unknown
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
+
+
+def for_batches(message: str, own: AbstractSet[str]) -> str:
+    """Say where a batch takes the options of conversions that a message names.
+
+    `own` are the names of its own options, such as ``--workers``; where there are none there is no command.
+    """
+    named = [name for name in dict.fromkeys(_OPTION.findall(message)) if name not in own]
+    if not named or not own:
+        return message
+    keys = ", ".join(name.removeprefix("--") for name in named)
+    return f"{message} (in a batch: {', '.join(named)} within --options, or {keys} as a key of the manifest)"
 
 
 # Exit status of a conversion that found nothing to drive on; no command ends with it.

@@ -13,7 +13,7 @@ from osm2xodr.batch.bounds import road_bounds
 from osm2xodr.batch.fingerprints import Mark, Marks, State, contents, load_state, remove, save_state
 from osm2xodr.batch.index import thumbnail
 from osm2xodr.batch.kept_cuts import KeptCuts, cut_name
-from osm2xodr.batch.model import Result, Status
+from osm2xodr.batch.model import Result, Status, for_batches
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.shared_frame import shared_frame
 from osm2xodr.batch.workers import AreaJob, Outcome, Workers, running
@@ -38,6 +38,7 @@ class BatchOptions:
     corrections_file: Path | None = None  # Corrections for all areas, and what it says
     corrections: Corrections = field(default_factory=Corrections)
     surroundings: bool = False  # Whether cuts have the buildings and the water of scenes as well
+    own: frozenset[str] = frozenset()  # Names of the options of the command itself, such as ``--workers``
 
 
 class Listener(Protocol):
@@ -150,7 +151,7 @@ class _Batch:
         if not outline and status in (Status.DONE, Status.UNCHANGED):
             outline = road_bounds(self.out.outputs(name)[0])
         seconds, memory = (outcome.seconds, outcome.memory) if outcome is not None else (0.0, 0)
-        self.results[name] = Result(name, status, message, seconds, memory, outline)
+        self.results[name] = Result(name, status, for_batches(message, self.options.own), seconds, memory, outline)
         return self.results[name]
 
     def changed(self) -> list[PlannedArea]:
@@ -237,8 +238,7 @@ class _Batch:
 
     def tell(self, listener: Listener) -> None:
         """Say how many areas have ended."""
-        failed = sum(result.status is Status.FAILED for result in self.results.values())
-        listener.settle(len(self.results), failed)
+        listener.settle(len(self.results), sum(item.status is Status.FAILED for item in self.results.values()))
 
     def convert(self, items: Sequence[PlannedArea], listener: Listener) -> list[PlannedArea]:
         """Convert areas, those with the largest maps first; return those that their block cannot be laid out for."""

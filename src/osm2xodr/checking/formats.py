@@ -1,4 +1,4 @@
-"""Results of checks as text, JSON, SARIF and JUnit."""
+"""Results of checks as text, JSON, SARIF, JUnit and annotations of GitHub; of one file or of several."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final
 from urllib.parse import quote
@@ -21,18 +21,24 @@ from osm2xodr.diagnostics import counted
 # XML 1.0, production 2.
 _NOT_IN_XML: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SARIF_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
+_GITHUB_COMMANDS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
 
 
-def as_text(result: CheckResult, fail_on: Severity) -> str:
-    """Return a result for people."""
+def as_text(results: Sequence[CheckResult], fail_on: Severity) -> str:
+    """Return results for people."""
     del fail_on
-    return "\n".join(result.lines()) + "\n"
+    return "\n".join("\n".join(result.lines()) + "\n" for result in results)
 
 
-def as_json(result: CheckResult, fail_on: Severity) -> str:
-    """Return a result as JSON."""
+def as_json(results: Sequence[CheckResult], fail_on: Severity) -> str:
+    """Return the result of one file as JSON, those of several as a list."""
+    documents = [_document(result, fail_on) for result in results]
+    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False) + "\n"
+
+
+def _document(result: CheckResult, fail_on: Severity) -> dict[str, Any]:
     roads, junctions, length = result.size
-    document = {
+    return {
         "osm2xodr": __version__,
         "file": str(result.path),
         "version": result.version,
@@ -50,7 +56,6 @@ def as_json(result: CheckResult, fail_on: Severity) -> str:
         "findings": [_finding(item) for item in result.findings],
         "not_checked": list(result.notes),
     }
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
@@ -60,9 +65,18 @@ def _finding(finding: Finding) -> dict[str, Any]:
     return {**fields, **words, "readers": list(finding.readers)}
 
 
-def as_sarif(result: CheckResult, fail_on: Severity) -> str:
-    """Return a result as SARIF 2.1.0 (OASIS), which code hosts show beside files."""
+def as_sarif(results: Sequence[CheckResult], fail_on: Severity) -> str:
+    """Return results as SARIF 2.1.0 (OASIS), which code hosts show beside files: a run for each file."""
     del fail_on
+    document = {
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [_run(result) for result in results],
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _run(result: CheckResult) -> dict[str, Any]:
     names = sorted({item.rule for item in result.findings})
     rules = [
         {
@@ -73,18 +87,11 @@ def as_sarif(result: CheckResult, fail_on: Severity) -> str:
         }
         for name in names
     ]
-    document = {
-        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
-        "version": "2.1.0",
-        "runs": [
-            {
-                "tool": {"driver": {"name": "osm2xodr", "version": __version__, "rules": rules}},
-                "results": [_sarif_result(result, item, names.index(item.rule)) for item in result.findings],
-                "properties": {"counts": result.by_rule(), "notChecked": list(result.notes)},
-            }
-        ],
+    return {
+        "tool": {"driver": {"name": "osm2xodr", "version": __version__, "rules": rules}},
+        "results": [_sarif_result(result, item, names.index(item.rule)) for item in result.findings],
+        "properties": {"counts": result.by_rule(), "notChecked": list(result.notes)},
     }
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
 def _sarif_result(result: CheckResult, finding: Finding, rule: int) -> dict[str, Any]:
@@ -111,8 +118,14 @@ def _sarif_result(result: CheckResult, finding: Finding, rule: int) -> dict[str,
     }
 
 
-def as_junit(result: CheckResult, fail_on: Severity) -> str:
-    """Return a result as JUnit XML: each rule is a test, which fails if it has findings of a severity or worse."""
+def as_junit(results: Sequence[CheckResult], fail_on: Severity) -> str:
+    """Return results as JUnit XML: each rule is a test, which fails if it has findings of a severity or worse."""
+    root = ElementTree.Element("testsuites")
+    root.extend(_suite(result, fail_on) for result in results)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _suite(result: CheckResult, fail_on: Severity) -> ElementTree.Element:
     failing = {item.rule for item in result.counts if item.severity >= fail_on}
     counts = result.by_rule()
     suite = ElementTree.Element(
@@ -131,9 +144,27 @@ def as_junit(result: CheckResult, fail_on: Severity) -> str:
         if name in failing:
             element.set("message", f"{counted(counts[name], 'finding')}: {RULES[name].meaning}")
         element.text = _printable(text)
-    root = ElementTree.Element("testsuites")
-    root.append(suite)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return suite
+
+
+def as_github(results: Sequence[CheckResult], fail_on: Severity) -> str:
+    """Return findings as annotations that a workflow of GitHub shows (its documentation: Workflow commands)."""
+    del fail_on
+    lines = []
+    for result in results:
+        for item in result.findings:
+            where = (
+                f"file={_escaped(str(result.path), ':,')},line={max(item.line, 1)},title={_escaped(item.rule, ':,')}"
+            )
+            text = _escaped(f"{place(item)}: {item.text}")
+            lines.append(f"::{_GITHUB_COMMANDS[item.severity]} {where}::{text}\n")
+        lines.append(f"{_escaped(result.headline())}\n")
+    return "".join(lines)
+
+
+def _escaped(text: str, more: str = "") -> str:
+    """Return text with what has a meaning in commands of workflows escaped."""
+    return "".join(f"%{ord(letter):02X}" if letter in f"%\r\n{more}" else letter for letter in text)
 
 
 def _printable(text: str) -> str:
@@ -141,6 +172,6 @@ def _printable(text: str) -> str:
     return _NOT_IN_XML.sub("\ufffd", text)
 
 
-FORMATS: Final[Mapping[str, Callable[[CheckResult, Severity], str]]] = MappingProxyType(
-    {"text": as_text, "json": as_json, "sarif": as_sarif, "junit": as_junit}
+FORMATS: Final[Mapping[str, Callable[[Sequence[CheckResult], Severity], str]]] = MappingProxyType(
+    {"text": as_text, "json": as_json, "sarif": as_sarif, "junit": as_junit, "github": as_github}
 )

@@ -100,6 +100,7 @@ def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> 
         known,
         corrections,
         arguments.surroundings,
+        frozenset(name for param in batch.params for name in param.opts),
     )
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:

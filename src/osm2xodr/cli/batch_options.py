@@ -88,6 +88,8 @@ class BatchArguments:
     )
     workers: int | None = _option(
         "--workers",
+        "--jobs",
+        "workers",
         type=click.IntRange(1),
         metavar="N",
         help="How many areas are converted at once.  [default: one per core]",
@@ -152,10 +154,11 @@ def area_options() -> dict[str, bool]:
 
 
 @functools.lru_cache
-def check_area_options(words: tuple[str, ...]) -> tuple[str, ...]:
+def check_area_options(words: tuple[str, ...], has_dem: bool) -> tuple[str, ...]:
     """Return options of ``convert`` in the order of its declarations, the last one of each.
 
-    ValueError: an option is unknown, wrong, or not for areas of a batch.
+    `has_dem` says whether the area has elevation models. ValueError: an option is unknown, wrong, or not for areas of
+    a batch.
     """
     if not words:
         # Checking options loads the stages, which takes a while.
@@ -172,7 +175,7 @@ def check_area_options(words: tuple[str, ...]) -> tuple[str, ...]:
             raise click.UsageError(
                 f"--{wrong[0].replace('_', '-')} cannot be given to areas of a batch; leave it out"
             )
-        _try(context.params)
+        _try(context.params, has_dem)
     except click.NoSuchOption as error:
         near = difflib.get_close_matches(error.option_name.lstrip("-"), area_options(), 1)
         hint = f"; do you mean --{near[0]}?" if near else "; osm2xodr convert --help lists them"
@@ -188,14 +191,14 @@ def check_area_options(words: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _try(params: dict[str, Any]) -> None:
+def _try(params: dict[str, Any], has_dem: bool) -> None:
     """Refuse options that conversions would refuse."""
     from osm2xodr.library import pipeline_options
 
     try:
         with usage_errors():
             options = given_options({name: value for name, value in params.items() if name in DECLARATIONS})
-            pipeline_options(params["area"], (), options)
+            pipeline_options(params["area"], (Path("dem.tif"),) if has_dem else (), options)
     except Osm2xodrError as error:
         raise click.UsageError(str(error)) from error
 
@@ -207,7 +210,8 @@ def parse_options(text: str) -> tuple[str, ...]:
     except ValueError as error:
         raise click.UsageError(f"--options: {str(error).lower()}; check the quotes") from error
     try:
-        check_area_options(words)
+        # Which areas have elevation models is not known yet.
+        check_area_options(words, True)
     except ValueError as error:
         raise click.UsageError(f"--options: {error}") from error
     return words
@@ -246,7 +250,11 @@ def plan(arguments: BatchArguments) -> Plan:
         context = ManifestContext(area_options(), check_area_options, dems, given)
         return Plan([outlined(area) for area in read_manifest(base / arguments.manifest, context)])
     assert arguments.source is not None
-    common = Area("", base / arguments.source, dems, check_area_options(given))
+    try:
+        options = check_area_options(given, bool(dems))
+    except ValueError as error:
+        raise click.UsageError(f"--options: {error}") from error
+    common = Area("", base / arguments.source, dems, options)
     if arguments.areas is not None:
         return Plan(read_areas(arguments.areas, common))
     assert arguments.tiles is not None

@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from osm2xodr import defaults
-from osm2xodr.cli.options import PATH, check_targets, file_argument, limit_options, overwrite_option
+from osm2xodr.cli.options import PATH, check_targets, limit_options, overwrite_option
 from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stream_to
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
 # for --help; a test holds them equal.
-FORMATS = ("text", "json", "sarif", "junit")
+FORMATS = ("text", "json", "sarif", "junit", "github")
 READERS = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS = "carla,esmini,sumo"
 SUMO = "sumo"
@@ -39,12 +39,13 @@ Examples:
   osm2xodr check area.xodr
   osm2xodr check area.xodr --for carla --fail-on error
   osm2xodr check area.xodr --format sarif -o area.sarif --ignore overlap
+  osm2xodr check out/*.xodr --format github
 
 osm2xodr explain RULE says more about one of them.
 
 Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage, 130 interrupted.""",
 )
-@file_argument
+@click.argument("files", nargs=-1, required=True, type=PATH)
 @click.option(
     "--list-rules",
     is_flag=True,
@@ -99,28 +100,38 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but the result.")
 @limit_options
 def check(
-    file: Path, readers: str, fail_on: str, form: str, output: Path, overwrite: bool, quiet: bool, **how: Any
+    files: tuple[Path, ...],
+    readers: str,
+    fail_on: str,
+    form: str,
+    output: Path,
+    overwrite: bool,
+    quiet: bool,
+    **how: Any,
 ) -> int:
-    """Check FILE, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
-    inputs = (file,) if how["schema"] is None else (file, how["schema"])
+    """Check FILES, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
+    inputs = files if how["schema"] is None else (*files, how["schema"])
     check_targets([("-o", output)], inputs, overwrite=overwrite)
     from osm2xodr.checking import FORMATS as WRITERS, Severity
     from osm2xodr.library import check as run
 
     wanted = [word for word in readers.split(",") if word.strip() != STANDARD_ONLY]
-    with shown(Progress(sys.stderr, quiet=quiet, plan=_PLAN)):
-        result = run(file, readers=wanted, **how)
+    results = []
+    for file in files:
+        with shown(Progress(sys.stderr, quiet=quiet, plan=_PLAN)):
+            results.append(run(file, readers=wanted, **how))
     least = Severity[fail_on.upper()]
     with stream_to(output) as stream:
-        stream.write(WRITERS[form](result, least).encode("utf-8", "replace"))
+        stream.write(WRITERS[form](results, least).encode("utf-8", "replace"))
     if output != STANDARD_OUTPUT and not quiet:
-        click.echo(f"osm2xodr: {result.headline()}", err=True)
+        for result in results:
+            click.echo(f"osm2xodr: {result.headline()}", err=True)
         click.echo(f"osm2xodr: wrote {label(output)}", err=True)
     asked = click.get_current_context().get_parameter_source("readers") is not ParameterSource.DEFAULT
-    command = _load_command(file, result) if asked and not quiet and SUMO in wanted else ""
-    if command:
-        click.echo(f"osm2xodr: SUMO loads it with: {command}", err=True)
-    return FINDINGS if result.failed(least) else CLEAN
+    for file, result in zip(files, results, strict=True) if asked and not quiet and SUMO in wanted else ():
+        if command := _load_command(file, result):
+            click.echo(f"osm2xodr: SUMO loads it with: {command}", err=True)
+    return FINDINGS if any(result.failed(least) for result in results) else CLEAN
 
 
 def _load_command(file: Path, result: CheckResult) -> str:

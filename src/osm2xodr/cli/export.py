@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -31,6 +34,9 @@ from osm2xodr.library import (
 from osm2xodr.surface import expand
 from osm2xodr.system import label
 
+if TYPE_CHECKING:
+    from osm2xodr.opendrive import OpenDrive
+
 # Options of scenes, and those of single files: each is refused with the other.
 _OF_SCENES: Final = ("dem", "dem_crs", "dem_unit", "dem_encoding", "osm", "tile", "carla")
 _OF_FILES: Final = ("layers", "projector")
@@ -44,6 +50,7 @@ Examples:
   osm2xodr export area.xodr -o area.geojson
   osm2xodr export area.xodr -o lanes.geojson --layers lanes
   osm2xodr export area.xodr -o area.glb
+  osm2xodr export area.xodr --bbox 7.415,43.730,7.425,43.738 -o part.geojson
   osm2xodr export area.xodr -o area.obj --up y
   osm2xodr export area.xodr --to lanelet2 -o map/lanelet2_map.osm --projector mgrs
   osm2xodr export area.xodr --scene scene --dem dem.tif --osm area.osm
@@ -69,6 +76,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
     type=click.Choice(EXPORT_FORMATS),
     help="What to write.  [default: by the file's name]",
 )
+@click.option("--bbox", metavar="W,S,E,N", help="Write only this part, as crop cuts it: degrees, WGS 84.")
 @click.option("--layers", metavar="LIST", help=f"What GeoJSON has, of {','.join(EXPORT_LAYERS)}.  [default: all]")
 @click.option("--up", type=click.Choice(("z", "y")), help="Axis that points up in OBJ.  [default: z]")
 @click.option(
@@ -105,7 +113,6 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
 
     Give -o or --scene.
     """
-    said: list[str] = []
     if (output is None) == (scene is None):
         raise click.UsageError("give one of -o and --scene")
     unused = _OF_FILES if output is None else _OF_SCENES
@@ -113,32 +120,48 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
         if how.pop(name):
             where = "files" if output is None else "scenes"
             raise click.UsageError(f"--{name.replace('_', '-')} is for {where} alone; leave it out")
+    bbox = how.pop("bbox")
     if output is not None:
-        said = _file(file, output, overwrite, how)
-    elif scene is not None:
-        said = _scene(file, scene, overwrite, how)
+        said = _file(file, bbox, output, overwrite, how)
+    else:
+        assert scene is not None
+        said = _scene(file, bbox, scene, overwrite, how)
     if not quiet:
         for line in said:
             click.echo(f"osm2xodr: {line}", err=True)
 
 
-def _file(file: Path, output: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
+@contextlib.contextmanager
+def _part(file: Path, bbox: str | None, said: list[str]) -> Iterator[OpenDrive]:
+    """Read a file, or a part of it; what was cut off is said."""
+    from osm2xodr.library import crop, read
+    from osm2xodr.opendrive import caveats
+
+    if bbox is None:
+        network = read(file)
+        said += caveats(network)
+        yield network
+        return
+    with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
+        yield read(crop(file, Path(folder) / file.name, bbox=bbox, say=said.append))
+
+
+def _file(file: Path, bbox: str | None, output: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
     """Write one file and what comes with it, and return what to say."""
     form = export_format(output, how["format"])
     library, info = materials_file(output, form), projector_file(output, form, how["projector"])
     targets = [("-o", output), *([("the file of materials", library)] if library else [])]
     targets += [("the file of the projector", info)] if info else []
     check_targets(targets, [file], overwrite=overwrite)
-    from osm2xodr.library import export as run, read
-    from osm2xodr.opendrive import caveats
+    from osm2xodr.library import export as run
 
-    network = read(file)
-    lost: list[str] = []
-    files = run(network, output, say=lost.append, **how)
-    return [*caveats(network), *lost, f"wrote {' and '.join(map(label, files))}"]
+    said: list[str] = []
+    with _part(file, bbox, said) as network:
+        files = run(network, output, say=said.append, **how)
+    return [*said, f"wrote {' and '.join(map(label, files))}"]
 
 
-def _scene(file: Path, scene: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
+def _scene(file: Path, bbox: str | None, scene: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
     """Write a scene, and return what to say."""
     form = how.pop("format") or SCENE_FORMATS[0]
     if form not in SCENE_FORMATS:
@@ -146,11 +169,11 @@ def _scene(file: Path, scene: Path, overwrite: bool, how: dict[str, Any]) -> lis
     if scene.is_dir() and any(scene.iterdir()) and not overwrite:
         raise click.UsageError(f"{scene} exists; give another folder, or --overwrite to replace it")
     how["dem"] = expand(how["dem"])
-    from osm2xodr.library import export_scene, read
-    from osm2xodr.opendrive import caveats
+    from osm2xodr.library import export_scene
 
-    network = read(file)
-    lost: list[str] = []
-    files = export_scene(network, scene, say=lost.append, format=form, **{**how, "carla": how["carla"] or ""})
+    said: list[str] = []
+    how["carla"] = how["carla"] or ""
+    with _part(file, bbox, said) as network:
+        files = export_scene(network, scene, say=said.append, format=form, **how)
     size = sum(path.stat().st_size for path in files) / 1e6
-    return [*caveats(network), *lost, f"wrote {scene} ({len(files):,} files, {size:,.1f} MB)"]
+    return [*said, f"wrote {scene} ({len(files):,} files, {size:,.1f} MB)"]

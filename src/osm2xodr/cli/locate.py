@@ -69,10 +69,20 @@ Exit status: 0 found, 1 cannot be found, 2 wrong usage, 130 interrupted.""",
 @click.option("--lane", type=int, metavar="ID", help="Id of a lane, whose middle is meant.")
 @click.option("--offset", type=float, metavar="M", help="Distance from the lane's middle to the left.  [default: 0]")
 @click.option("--points", type=PATH, metavar="CSV", help="Many places; - for standard input.")
+@click.option(
+    "--lane-type", metavar="LIST", help="Only places on lanes of these types, such as driving, separated by commas."
+)
 @click.option("--all", "every", is_flag=True, help="All roads at each place, such as bridges, not the best alone.")
 @click.option("--json", "as_json", is_flag=True, help="JSON in place of text or CSV.")
 @limit_options
-def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given: float | str | int | None) -> None:
+def locate(
+    file: Path,
+    points: Path | None,
+    lane_type: str | None,
+    every: bool,
+    as_json: bool,
+    **given: float | str | int | None,
+) -> None:
     """Find places of the OpenDRIVE FILE on Earth, in the file's coordinates, and on its roads."""
     named = {name: value for name, value in given.items() if value is not None}
     if points is None:
@@ -87,6 +97,8 @@ def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given:
     for line in caveats(locator.file):
         click.echo(f"osm2xodr: {line}", err=True)
     found = _found(locator, asked)
+    if lane_type is not None:
+        found = _on_types(found, lane_type, locator, refuse=points is None)
     if points is None:
         _refuse_far(found[0], locator)
     else:
@@ -176,6 +188,23 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldVa
     rows = locator.describe(places)
     start = places.start.tolist()
     return [rows[start[k] : start[k + 1]] for k in range(len(asked))]
+
+
+def _on_types(
+    found: list[list[dict[str, FieldValue]]], text: str, locator: Locator, *, refuse: bool
+) -> list[list[dict[str, FieldValue]]]:
+    """Return the places on lanes of some types; `refuse` a point without any."""
+    types = {name.strip() for name in text.split(",")}
+    known = set(locator.file.lanes.type)
+    if unknown := sorted(types - known):
+        raise click.UsageError(
+            f"--lane-type: {locator.file.path} has no lanes of type {unknown[0]!r}; it has {', '.join(sorted(known))}"
+        )
+    out = [[place for place in places if place["lane_type"] in types] for places in found]
+    if refuse and found[0] and not out[0]:
+        there = ", ".join(sorted({str(place["lane_type"]) for place in found[0]}))
+        raise InputError(f"no lane of type {text} of {locator.file.path} lies there, but: {there}")
+    return out
 
 
 def _is_far(place: dict[str, FieldValue]) -> bool:

@@ -176,7 +176,8 @@ def limit_options(command: _Command) -> _Command:
     )
     @functools.wraps(command)
     def bounded(*args: Any, max_memory: int | None, timeout: float | None, **options: Any) -> Any:
-        with limited(max_memory, timeout), usage_errors():
+        remedy = ["choose a smaller area, or give only --ways major"] if "ways" in options else []
+        with limited(max_memory, timeout, *remedy), usage_errors():
             return command(*args, **options)
 
     return bounded  # type: ignore[return-value]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from typing import Any, Final
@@ -32,6 +33,15 @@ from osm2xodr.system import ByteSink
 _NARROWEST_LANE: Final = 0.01
 
 _NO_GEOMETRY: Final = "null"
+# Attributes of signals and objects that are numbers (OpenDRIVE 1.8, 13.2 and 14.1).
+_NUMBERS: Final = frozenset(
+    {
+        *("s", "t", "zOffset", "hOffset", "hdg", "pitch", "roll", "width", "height", "length", "radius"),
+        *("validLength", "value", "x", "y", "z"),
+    }
+)
+# Code of the user data with the ids of OSM's ways, separated by spaces.
+_WAY_IDS: Final = "osm_way_ids"
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 
 # Longitude, latitude and height to 1 mm.
@@ -48,7 +58,9 @@ def write_geojson(
     The property ``layer`` holds one of `LAYERS`: reference lines of ``roads`` as lines; ``lanes`` as polygons;
     ``junctions`` as the convex hulls of their connecting roads; ``signals`` as points; ``objects`` as points, or as
     polygons where they have an outline. The attributes of signals and objects are properties by their names in
-    OpenDRIVE, as texts. For `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
+    OpenDRIVE, those with lengths, angles and values as numbers. ``osm_way_ids`` are the ways of OpenStreetMap that
+    roads and lanes are made of, where the file says them. For `tolerance` and `step`, m, see
+    `osm2xodr.opendrive.sample_roads`.
     """
     frame, reason = frame_of(file.header)
     if frame is None:
@@ -105,6 +117,7 @@ def _roads(file: OpenDrive, frame: Frame, stations: Stations) -> Iterator[str]:
             "rule": "LHT" if roads.left_hand[k] else "RHT",
             "type": file.types.type[first] if last > first else None,
             "speed": _number(float(file.types.speed[first])) if last > first else None,
+            _WAY_IDS: _way_ids(file, k),
         }
         yield _feature("roads", geometry, properties)
 
@@ -132,6 +145,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
             "type": lanes.type[k],
             "width": _number(float(np.nanmean(width))),
             "speed": _number(float(lanes.speed[k])),
+            _WAY_IDS: _way_ids(file, road),
         }
         yield _feature("lanes", geometry, properties)
 
@@ -198,7 +212,22 @@ def _points(file: OpenDrive, frame: Frame, layer: str, items: list[Furniture]) -
 
 def _properties(file: OpenDrive, item: Furniture) -> dict[str, Any]:
     """Return the properties of furniture; its own attributes do not hide the road and the kind."""
-    return {**item.attributes, "kind": item.kind, "road": file.roads.id[item.road]}
+    own = {name: _value(text) if name in _NUMBERS else text for name, text in item.attributes.items()}
+    return {**own, "kind": item.kind, "road": file.roads.id[item.road]}
+
+
+def _way_ids(file: OpenDrive, road: int) -> list[int]:
+    """Return the ids of the ways that a road is made of; none where the file does not say them."""
+    words = file.provenance.get((road, _WAY_IDS), "").split()
+    return [int(word) for word in words if re.fullmatch(r"-?[0-9]{1,19}", word)]
+
+
+def _value(text: str) -> float | None:
+    """Return the number that a text stands for, or None where it is none."""
+    try:
+        return _number(float(text))
+    except ValueError:
+        return None
 
 
 def _number(value: float) -> float | None:

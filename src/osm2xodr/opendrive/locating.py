@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive.reader import first_index
+from osm2xodr.opendrive.reader import first_index, read_xodr
 from osm2xodr.opendrive.space import (
     Places,
     RoadFinder,
@@ -38,12 +40,18 @@ LOCATION_FIELDS: Final[dict[str, int]] = {
 
 
 class Locator:
-    """Finds places in a network, `file`; `frame` says where it is on Earth, or is None and `reason` says why not."""
+    """Finds places in a network, `file`; `frame` says where it is on Earth, or is None and `reason` says why not.
 
-    def __init__(self, file: OpenDrive) -> None:
-        self.file = file
-        self.frame, self.reason = frame_of(file.header)
-        self._ids = first_index(list(file.roads.id))
+    Parameters
+    ----------
+    file
+        What `osm2xodr.read` returned, or the path of a file, which is read; `InputError` if it cannot be.
+    """
+
+    def __init__(self, file: OpenDrive | str | os.PathLike[str]) -> None:
+        self.file = file if isinstance(file, OpenDrive) else read_xodr(Path(file))
+        self.frame, self.reason = frame_of(self.file.header)
+        self._ids = first_index(list(self.file.roads.id))
 
     @cached_property
     def _finder(self) -> RoadFinder:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -76,18 +77,23 @@ def crop_network(file: OpenDrive, choice: Choice) -> tuple[Element, list[str]]:
     _set_bounds(root, file, choice)
     gone = len(elements) - len(stretches)
     counts = {
-        "roads": gone,
-        "junctions": len(file.junctions.id) - len(choice.junctions),
-        "connections of junctions": connections,
-        "signals and objects beyond cuts": furniture,
+        "road": gone,
+        "junction": len(file.junctions.id) - len(choice.junctions),
+        "connection of junctions": connections,
+        "signal or object beyond cuts": furniture,
         **dangling,
     }
     return root, _sentences(cut, counts)
 
 
+def _words(what: str, count: int) -> str:
+    """Return what is counted; its first word, and one after "or", stands for several if there are."""
+    return what if count == 1 else re.sub(r"^\w+|(?<= or )\w+", lambda found: f"{found[0]}s", what)
+
+
 def _sentences(cut: int, counts: dict[str, int]) -> list[str]:
-    found = [f"{count} {what}" for what, count in counts.items() if count]
-    lines = [f"{cut} ends of roads were cut off"] if cut else []
+    found = [f"{count} {_words(what, count)}" for what, count in counts.items() if count]
+    lines = [f"{cut} {'end of a road was' if cut == 1 else 'ends of roads were'} cut off"] if cut else []
     return [*lines, f"left out: {', '.join(found)}"] if found else lines
 
 

@@ -87,22 +87,22 @@ def drop_dangling(root: Element) -> Counter[str]:
     """Drop what refers to signals, objects, controllers, junctions and roads that are gone; count it by kind."""
     lost: Counter[str] = Counter()
     signals, objects = _ids(root.iter("signal")), _ids(root.iter("object"))
-    _drop(root, "road/signals/signalReference", "id", signals, lost, "references to signals")
-    _drop(root, "road/signals/signal/dependency", "id", signals, lost, "references to signals")
-    _drop(root, "road/objects/objectReference", "id", objects, lost, "references to objects")
+    _drop(root, "road/signals/signalReference", "id", signals, lost, "reference to signals")
+    _drop(root, "road/signals/signal/dependency", "id", signals, lost, "reference to signals")
+    _drop(root, "road/objects/objectReference", "id", objects, lost, "reference to objects")
     for item in root.findall("road/signals/signal/reference"):
         if item.get("elementId") not in (signals if item.get("elementType") == "signal" else objects):
             remove(item)
-            lost["references of signals"] += 1
+            lost["reference of signals"] += 1
     _drop(root, "controller/control", "signalId", signals, Counter(), "")
-    _drop_empty(root, "controller", "control", lost, "controllers")
+    _drop_empty(root, "controller", "control", lost, "controller")
     _drop(root, "junction/controller", "id", _ids(root.findall("controller")), Counter(), "")
     junctions = _ids(root.findall("junction"))
-    _drop(root, "junctionGroup/junctionReference", "junction", junctions, lost, "junctions of groups")
+    _drop(root, "junctionGroup/junctionReference", "junction", junctions, lost, "junction of groups")
     _drop_empty(root, "junctionGroup", "junctionReference", Counter(), "")
-    _drop(root, "station/platform/segment", "roadId", _ids(root.findall("road")), lost, "segments of platforms")
+    _drop(root, "station/platform/segment", "roadId", _ids(root.findall("road")), lost, "segment of platforms")
     _drop_empty(root, "station/platform", "segment", Counter(), "")
-    _drop_empty(root, "station", "platform", lost, "stations")
+    _drop_empty(root, "station", "platform", lost, "station")
     return lost
 
 

@@ -9,6 +9,7 @@ from typing import Final
 from lxml import etree
 
 from osm2xodr.defaults import NEGATED_LANES
+from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of
 from osm2xodr.parts.document import read_tree
@@ -57,13 +58,13 @@ def merge_networks(files: Sequence[OpenDrive]) -> tuple[Element, list[str]]:
 
 
 def _sentences(renamed: int, dropped: int, linked: int, unclear: int) -> list[str]:
-    lines = [f"{linked} pairs of ends of roads that meet were linked"]
+    lines = [f"{linked} {'pair' if linked == 1 else 'pairs'} of ends of roads that meet: linked"]
     if renamed:
-        lines.append(f"{renamed} ids that were in use were given anew")
+        lines.append(f"{counted(renamed, 'id')} in use before: given anew")
     if dropped:
-        lines.append(f"{dropped} roads that an earlier file has were left out")
+        lines.append(f"{counted(dropped, 'road')} that an earlier file has: left out")
     if unclear:
-        lines.append(f"{unclear} ends of roads meet several others and were not linked")
+        lines.append(f"{unclear} {'end' if unclear == 1 else 'ends'} of roads where several others meet: not linked")
     return lines
 
 

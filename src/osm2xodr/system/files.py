@@ -43,8 +43,10 @@ def check_target(path: Path) -> None:
         raise OutputError(f"{what}; choose another place") from None
     if path.is_dir():
         raise OutputError(f"{path} is a directory; name a file in it, such as {path / 'map.xodr'}")
+    # Folders that are missing are made.
+    folder = next(above for above in (folder, *folder.parents) if above.exists())
     if not folder.is_dir():
-        raise OutputError(f"cannot write {path}: there is no directory {folder}; make it first")
+        raise OutputError(f"cannot write {path}: {folder} is a file, where a folder should be; choose another place")
     if not is_special(path) and not os.access(folder, os.W_OK | os.X_OK):
         raise OutputError(f"cannot write {path}: no permission to make files in {folder}; choose another place")
 
@@ -58,9 +60,9 @@ def is_special(path: Path) -> bool:
 def atomic_output(path: Path) -> Iterator[BinaryIO]:
     """Yield a stream whose bytes become the file `path` when the block ends without an exception.
 
-    A symbolic link is followed and stays. A file that is replaced hands on its permissions, and its owner where the
-    system allows; a new one has those that the process gives new files. Devices and pipes are written to directly.
-    `OutputError` says why a file cannot be written, or not in full.
+    Folders that are missing are made. A symbolic link is followed and stays. A file that is replaced hands on its
+    permissions, and its owner where the system allows; a new one has those that the process gives new files. Devices
+    and pipes are written to directly. `OutputError` says why a file cannot be written, or not in full.
     """
     target = path.resolve()
     try:
@@ -68,6 +70,7 @@ def atomic_output(path: Path) -> Iterator[BinaryIO]:
             with target.open("wb") as stream:
                 yield stream
             return
+        target.parent.mkdir(parents=True, exist_ok=True)
         with _temporary(target) as (stream, name):
             yield stream
             settle(stream)

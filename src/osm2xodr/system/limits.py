@@ -29,6 +29,7 @@ _CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 _AGAIN: Final = 0.01
 # What asks a process to end, as far as the system has it: Windows has no SIGHUP.
 ENDING_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+_SMALLER: Final = "or give a smaller file"
 
 
 class LimitError(Osm2xodrError):
@@ -81,21 +82,21 @@ def available_memory() -> int | None:
 
 
 @contextlib.contextmanager
-def limited(memory: int | None, seconds: float | None) -> Iterator[None]:
+def limited(memory: int | None, seconds: float | None, remedy: str = _SMALLER) -> Iterator[None]:
     """Bound the memory and time of a block; None for no bound.
 
-    `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `LimitError`
-    says that they were not enough, or that the system cannot bound them.
+    `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `remedy` is
+    what else can be done than to allow more. `LimitError` says that they were not enough, or that the system cannot
+    bound them.
     """
-    with _memory_limit(memory), _time_limit(seconds):
+    with _memory_limit(memory), _time_limit(seconds, remedy):
         try:
             yield
         except MemoryError:
             if memory is None:
                 raise
             raise LimitError(
-                f"more memory is needed than --max-memory {memory / 1e6:,.0f} MB; allow more, choose a smaller area,"
-                " or give only --ways major"
+                f"more memory is needed than --max-memory {memory / 1e6:,.0f} MB; allow more, {remedy}"
             ) from None
 
 
@@ -120,16 +121,14 @@ def _memory_limit(memory: int | None) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _time_limit(seconds: float | None) -> Iterator[None]:
+def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
     if seconds is None:
         yield
         return
     if not hasattr(signal, "setitimer"):
         raise LimitError("this system cannot bound time; leave --timeout out")
 
-    message = (
-        f"it takes longer than --timeout {seconds:g} s; allow more, choose a smaller area, or give only --ways major"
-    )
+    message = f"it takes longer than --timeout {seconds:g} s; allow more, {remedy}"
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
         raise TimeLimitError(message)

@@ -61,7 +61,7 @@ class _Copy(Generic[T]):
             self._process.join()
             raise Osm2xodrError(
                 f"a worker process was killed (exit status {self._process.exitcode}), perhaps for want of memory;"
-                " try again with --jobs 1"
+                " free some, or convert with --jobs 1"
             ) from None
         if error is not None:
             raise error

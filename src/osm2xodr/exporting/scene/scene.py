@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.buildings import building_parts
 from osm2xodr.exporting.scene.ground import WaterShapes, build_ground, settled, water_shapes
@@ -130,11 +131,14 @@ def _sentence(ids: Mapping[str, Sequence[str]]) -> str:
         "flat": "with a flat roof instead of their own",
         "clipped": "cut where roads are",
         "repaired": "of repaired outlines",
-        "on_roads": "left out on roads",
-        "off_ground": "left out where there is no ground",
     }
+    gone = {"on_roads": "on roads", "off_ground": "where there is no ground"}
+    drawn, left_out = len(ids.get("drawn", ())), sum(len(ids.get(key, ())) for key in gone)
+    said = counted(drawn, "building") if drawn or not left_out else f"none of {counted(left_out, 'building')}"
     rest = [f"{len(ids[key]):,} {text}" for key, text in words.items() if ids.get(key)]
-    return f"{len(ids.get('drawn', ())):,} buildings" + (f": {', '.join(rest)}" if rest else "")
+    lost = [f"{len(ids[key]):,} {text}" for key, text in gone.items() if ids.get(key)]
+    parts = [": " + ", ".join(rest) if rest else "", "; left out: " + ", ".join(lost) if lost else ""]
+    return said + "".join(parts)
 
 
 def surface_parts(surface: RoadSurface) -> list[Part]:
