@@ -58,7 +58,11 @@ NODES = {1: (0.0, 0.0), 2: (100.0, 0.0), 3: (200.0, 0.0)}
             ),
         ),
         (
-            Area({**NODES, 4: (11_622_000.0, 0.0)}, {20: ([1, 2, 3, 4], "highway=primary")}, lat_0=2.0),
+            Area(
+                {**NODES, 4: (11_622_000.0, 0.0), 5: (11_622_000.0, 90.0)},
+                {20: ([1, 2, 3], "highway=primary"), 21: ([4, 5], "highway=primary")},
+                lat_0=2.0,
+            ),
             (
                 "reaches over 162 degrees of longitude, but the local projection is of use over 160; "
                 "choose a smaller area, without node/4"
@@ -363,7 +367,7 @@ def test_across_the_180th_meridian(tmp_path: Path) -> None:
 
 
 def test_a_large_area_is_said(tmp_path: Path) -> None:
-    _, diagnostics = Area({1: (0.0, 0.0), 2: (210e3, 0.0)}, {20: ([1, 2], ROAD)}).parse(tmp_path)
+    _, diagnostics = Area({k: (42e3 * k, 0.0) for k in range(1, 7)}, {20: (range(1, 7), ROAD)}).parse(tmp_path)
     (item,) = diagnostics
     assert (item.kind, item.code) == (Kind.NOTE, "extent")
     assert "105 km" in item.message

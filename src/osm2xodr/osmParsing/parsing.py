@@ -26,8 +26,11 @@ from osm2xodr.osmParsing.network import (
     cut_gaps,
     find_place,
     join_same_places,
+    leave_out_crowds,
+    leave_out_far_nodes,
     make_lines,
     make_streets,
+    most_met,
     read_connectivities,
     read_restrictions,
     tags_on_streets,
@@ -68,6 +71,8 @@ from osm2xodr.system import release_memory
 _FRAME_REACH: Final = 100e3
 # Largest extent of an area in longitude, degrees: PROJ's transverse Mercator ends 80 degrees from its meridian.
 _LONGITUDE_SPAN_MAX_DEG: Final = 160.0
+# Most streets that may meet at a node; in 24 extracts up to 8 do. The ways between them grow with the square.
+_ARMS_MAX: Final = 32
 
 
 def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
@@ -193,11 +198,24 @@ def _cut_ways(
     lines = make_lines(ways, nodes, diagnostics)
     if not len(lines.node):
         raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
+    lines = leave_out_far_nodes(lines, nodes, ways, diagnostics)
+    if not len(lines.node):
+        raise InputError(f"{path} has no way whose nodes lie near to each other; look for nodes at wrong places")
     frame, points = _local(path, nodes, np.unique(lines.node), frame, diagnostics)
     lines, same_node = join_same_places(lines, points, nodes, diagnostics)
     lines = cut_gaps(lines, points, ways, diagnostics)
     pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)
-    if not len(pieces.first):
+    met, node = most_met(pieces)
+    if met > _ARMS_MAX:
+        raise InputError(
+            f"{path}: {met:,} streets meet at node/{nodes.ids[node]}, and more than {_ARMS_MAX} have no room there;"
+            " correct the map"
+        )
+    found = len(pieces.first)
+    pieces = leave_out_crowds(pieces, points, ways, diagnostics)
+    if found and not len(pieces.first):
+        raise InputError(f"{path}: all streets lie on each other, as on way/{ways[lines.way[0]].id}; correct the map")
+    if not found:
         raise EmptyAreaError(f"{path} has no way of any length to drive on; check the area that it covers")
     return frame, points, pieces, same_node
 

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 from osm_builder import ROAD, ROW, Area, about, ends_of, nodes_of, ways_of
 
 from osm2xodr.diagnostics import Kind
+from osm2xodr.errors import InputError
 
 
 @pytest.mark.parametrize(
@@ -88,3 +90,42 @@ def test_absent_nodes(tmp_path: Path) -> None:
         ("way/22", "repaired"),
     ]
     assert [item.osm_id for item in about(diagnostics, "short-way")] == ["way/23", "way/24", "way/25"]
+
+
+def test_nodes_far_from_their_neighbours_are_left_out(tmp_path: Path) -> None:
+    # Node 90 lies 60 km or more away: within a way, at its end, alone with another one.
+    area = Area(
+        {**ROW, 90: (60_000.0, 0.0)},
+        {
+            20: ([1, 2, 90, 3, 4], ROAD),
+            21: ([5, 6, 90], ROAD),
+            22: ([8, 90], ROAD),
+        },
+    )
+    network, diagnostics = area.parse(tmp_path)
+    assert nodes_of(network) == [[1, 2, 3, 4], [5, 6]]
+    said = [(item.osm_id, item.kind, item.message) for item in about(diagnostics, "far-node")]
+    assert [(osm_id, kind) for osm_id, kind, _ in said] == [
+        ("node/90", Kind.DROPPED),
+        ("node/90", Kind.DROPPED),
+        ("way/22", Kind.DROPPED),
+    ]
+    assert "km from its neighbours on way/20" in said[0][2]
+    assert "km from node/8 to node/90 are left out" in said[2][2]
+
+
+def test_ways_that_lie_on_each_other_by_the_kilometre_are_left_out(tmp_path: Path) -> None:
+    # 300 streets of 100 m within 30 m, and one 1 km away.
+    nodes = {1000 + 2 * k + end: (100.0 * end, 0.1 * k) for k in range(300) for end in (0, 1)}
+    nodes |= {1: (1000.0, 0.0), 2: (1100.0, 0.0)}
+    ways = {k: ([1000 + 2 * k, 1001 + 2 * k], ROAD) for k in range(300)}
+    network, diagnostics = Area(nodes, {**ways, 999: ([1, 2], ROAD)}).parse(tmp_path)
+    assert nodes_of(network) == [[1, 2]]
+    assert {item.osm_id for item in about(diagnostics, "crowd")} == {f"way/{k}" for k in range(300)}
+
+
+def test_more_streets_at_a_node_than_have_room_are_refused(tmp_path: Path) -> None:
+    spokes = {k: (100.0 * math.cos(k), 100.0 * math.sin(k)) for k in range(1, 34)}
+    area = Area({**spokes, 99: (0.0, 0.0)}, {k: ([99, k], ROAD) for k in spokes})
+    with pytest.raises(InputError, match=r"33 streets meet at node/99"):
+        area.parse(tmp_path)

@@ -10,7 +10,16 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.network.country import find_place
 from osm2xodr.osmParsing.network.default_speeds import with_default_speeds
-from osm2xodr.osmParsing.network.pieces import Pieces, cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
+from osm2xodr.osmParsing.network.pieces import (
+    Pieces,
+    cut_at_shared_nodes,
+    cut_gaps,
+    join_same_places,
+    leave_out_crowds,
+    leave_out_far_nodes,
+    make_lines,
+    most_met,
+)
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.reversible import with_one_flow
 from osm2xodr.osmParsing.network.streets import make_streets, tags_on_streets
@@ -21,8 +30,11 @@ __all__ = [
     "cut_gaps",
     "find_place",
     "join_same_places",
+    "leave_out_crowds",
+    "leave_out_far_nodes",
     "make_lines",
     "make_streets",
+    "most_met",
     "read_connectivities",
     "read_restrictions",
     "tags_on_streets",

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import runs
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -25,6 +26,20 @@ _MAPPING_ERROR_MAX: Final = 5.0
 # Gaps of absent nodes up to this length are bridged, m; at longer ones, where a way leaves the area and comes back,
 # it is cut. A choice: a few times the usual distance of nodes on straight roads.
 _GAP_BRIDGED_MAX: Final = 200.0
+# Consecutive nodes farther from each other than this are an error of the map, m. A choice: the longest straight roads
+# of the Earth have nodes every few kilometres; the longest edge of a street in 24 extracts measures 1.5 km.
+_EDGE_MAX: Final = 50e3
+# Streets of more than this in a square of this width, m, or of more pieces between junctions, have no room beside
+# each other. In 24 extracts, with all kinds of ways, one square has 2.3 km and another one 120 ends of streets at
+# junctions; twice and three times that leave room for car parks of several storeys.
+_CROWD_MAX: Final = 7e3
+_CROWD_PIECES: Final = 250
+_CROWD_CELL: Final = 200.0
+# How far apart the points are by which streets are counted, m, and how many are looked at together.
+_CROWD_STEP: Final = 25.0
+_CROWD_BLOCK: Final = 1_000_000
+# Mean radius of the Earth (IUGG), m.
+_EARTH_RADIUS: Final = 6371.0088e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +88,54 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
     return lines.chosen(~single[lines.line])
 
 
+def leave_out_far_nodes(lines: Lines, nodes: RawNodes, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Lines:
+    """Leave out edges that are too long to be true, and nodes that have no others."""
+    far = np.zeros(len(lines.node) + 1, np.bool_)
+    along = lines.line[1:] == lines.line[:-1]
+    lengths = _distances(nodes, lines.node[:-1], lines.node[1:])
+    far[1:-1] = along & (lengths > _EDGE_MAX)
+    if not far.any():
+        return lines
+    first, last = np.ones(len(lines.node), np.bool_), np.ones(len(lines.node), np.bool_)
+    first[1:] = last[:-1] = ~along
+    lonely = (first | far[:-1]) & (last | far[1:])
+    # Of two nodes that only have each other none is more likely to be wrong.
+    alone = lonely & (np.bincount(lines.line, ~lonely)[lines.line] > 0)
+    number, way = nodes.ids[lines.node], lines.way
+    for k in np.flatnonzero(alone).tolist():
+        apart = max(lengths[k - 1] if far[k] else 0.0, lengths[k] if far[k + 1] else 0.0)
+        words = f"lies {apart / 1e3:,.0f} km from its neighbours on way/{ways[way[k]].id} and is left out there"
+        diagnostics.dropped("far-node", f"node/{number[k]}", words)
+    cut = far[1:-1] & ~alone[1:] & ~alone[:-1]
+    for k in np.flatnonzero(cut).tolist():
+        words = f"its {lengths[k] / 1e3:,.0f} km from node/{number[k]} to node/{number[k + 1]} are left out"
+        diagnostics.dropped("far-node", f"way/{ways[way[k]].id}", words)
+    keep = ~lonely
+    # Where nodes between them are left out, the rest may be near to each other, as at absent nodes.
+    skipped = lines.skipped.copy()
+    skipped[1:] |= alone[:-1]
+    rest = Lines(lines.node, lines.line, way, skipped).chosen(keep)
+    split = np.zeros(len(rest.node), np.bool_)
+    split[1:] = _distances(nodes, rest.node[:-1], rest.node[1:]) > _EDGE_MAX
+    return _with_new_lines(rest, split)
+
+
+def _distances(nodes: RawNodes, a: IntArray, b: IntArray) -> FloatArray:
+    """Return the distances on a sphere between nodes (indices), (n,), m, by the haversine formula."""
+    lat, lon = np.radians(nodes.lat_deg), np.radians(nodes.lon_deg)
+    square = np.sin((lat[b] - lat[a]) / 2.0) ** 2
+    square += np.cos(lat[a]) * np.cos(lat[b]) * np.sin((lon[b] - lon[a]) / 2.0) ** 2
+    out: FloatArray = 2.0 * _EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(square, 1.0)))
+    return out
+
+
+def _with_new_lines(lines: Lines, split: BoolArray) -> Lines:
+    """Begin a new line at some nodes as well, and leave out lines of single nodes."""
+    line = np.cumsum((np.diff(lines.line, prepend=-1) != 0) | split) - 1
+    cut = Lines(lines.node, line, lines.way, lines.skipped)
+    return cut.chosen(np.bincount(line, minlength=1)[line] > 1)
+
+
 def _without_repeats(lines: Lines) -> Lines:
     """Leave out nodes that repeat the one before."""
     return lines.chosen((np.diff(lines.node, prepend=-1) != 0) | (np.diff(lines.line, prepend=-1) != 0))
@@ -119,9 +182,7 @@ def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnosti
         return lines
     for index in np.unique(lines.way[gap]).tolist():
         diagnostics.repaired("absent-node", f"way/{ways[index].id}", "leaves the area and comes back, cut there")
-    line = np.cumsum((np.diff(lines.line, prepend=-1) != 0) | gap) - 1
-    cut = Lines(lines.node, line, lines.way, lines.skipped)
-    return cut.chosen(np.bincount(line)[line] > 1)
+    return _with_new_lines(lines, gap)
 
 
 def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Pieces:
@@ -152,6 +213,44 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
     for index in np.unique(pieces.way[spike & keep]).tolist():
         diagnostics.repaired("spike", f"way/{ways[index].id}", "comes back over its nodes, the way back is left out")
     return Pieces(lines.node, first[keep], last[keep], pieces.way[keep])
+
+
+def leave_out_crowds(pieces: Pieces, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Pieces:
+    """Leave out pieces where more streets lie than have room, or meet: their time grows with the square."""
+    edges = runs(pieces.first, pieces.last - pieces.first)
+    piece = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)
+    a, b = points[pieces.node[edges]], points[pieces.node[edges + 1]]
+    length = np.hypot(*(b - a).T)
+    steps = np.maximum(1, np.ceil(length / _CROWD_STEP)).astype(np.int64)
+    cells, owners, metres = [], [], []
+    # In blocks: a country has a point in 25 m as well.
+    for rows in np.split(np.arange(len(edges)), np.flatnonzero(np.diff(np.cumsum(steps) // _CROWD_BLOCK)) + 1):
+        row = np.repeat(rows, steps[rows])
+        place = (runs(np.zeros(len(rows), np.int64), steps[rows]) + 0.5) / steps[row]
+        cell = np.floor((a[row] + (b - a)[row] * place[:, None]) / _CROWD_CELL).astype(np.int64)
+        pairs, index = np.unique(np.column_stack([cell, piece[row]]), axis=0, return_inverse=True)
+        cells.append(pairs[:, :2])
+        owners.append(pairs[:, 2])
+        metres.append(np.bincount(index.ravel(), (length / steps)[row]))
+    _, cell_of = np.unique(np.concatenate(cells), axis=0, return_inverse=True)
+    full = np.bincount(cell_of.ravel(), np.concatenate(metres)) > _CROWD_MAX
+    full |= np.bincount(cell_of.ravel()) > _CROWD_PIECES
+    if not full.any():
+        return pieces
+    out = np.zeros(len(pieces.first), np.bool_)
+    out[np.concatenate(owners)[full[cell_of.ravel()]]] = True
+    for index in np.unique(pieces.way[out]).tolist():
+        words = (
+            f"lies where there are over {_CROWD_MAX / 1e3:g} km of streets in a square of {_CROWD_CELL:g} m, left out"
+        )
+        diagnostics.dropped("crowd", f"way/{ways[index].id}", words)
+    return Pieces(pieces.node, pieces.first[~out], pieces.last[~out], pieces.way[~out])
+
+
+def most_met(pieces: Pieces) -> tuple[int, int]:
+    """Return at how many ends of pieces the node (index) lies at which most of them meet, and that node."""
+    met = np.bincount(pieces.node[np.concatenate([pieces.first, pieces.last])], minlength=1)
+    return int(met.max()), int(met.argmax())
 
 
 def turns_back(before: FloatArray, here: FloatArray, after: FloatArray) -> BoolArray:
