@@ -21,6 +21,7 @@ from osm2xodr.geometry import (
     Neighbourhood,
     RoadOptions,
     build_roads,
+    cut_at_names,
     ground_around,
     keep_own_area,
     mark_unmeasured,
@@ -93,6 +94,8 @@ def convert(
         # Their own areas report them.
         diagnostics.forget(layout.places.outside(partition.outlines[partition.own]))
         road_map = keep_own_area(road_map, diagnostics, partition.own)
+    else:
+        road_map = cut_at_names(road_map, diagnostics)
     if options.boundaries:
         road_map = with_boundaries(road_map, diagnostics)
     if options.parse.corrections.shared:

@@ -1,6 +1,6 @@
 """Stage 3: streets and a surface become roads, junctions and connecting roads."""
 
-from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, keep_own_area
+from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, cut_at_names, keep_own_area
 from osm2xodr.geometry.boundaries import with_boundaries
 from osm2xodr.geometry.heights import ElevationOptions, Ground, ground_around, parse_grade_limits
 from osm2xodr.geometry.junctions import RoadOptions
@@ -14,6 +14,7 @@ __all__ = [
     "Neighbourhood",
     "RoadOptions",
     "build_roads",
+    "cut_at_names",
     "ground_around",
     "keep_own_area",
     "mark_unmeasured",

@@ -159,3 +159,5 @@ MERGE_SETBACK_MAX: Final = 80.0
 MERGE_BRANCH_MAX: Final = 25.0
 MERGE_SHARE_MAX: Final = 0.35
 MERGE_ACCELERATION: Final = 2.5
+# Roads are cut where their name changes, but for pieces shorter than this, m: about a car, nobody's address.
+SHORTEST_NAME: Final = 5.0

@@ -15,6 +15,7 @@ from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_cubic
 from osm2xodr.geometry.margins import SidewalkEnds, has_width, inner_width
 from osm2xodr.geometry.pavement import Floor
+from osm2xodr.geometry.road_names import guesses_about, road_names
 from osm2xodr.model import (
     VEHICLE_LANES,
     Access,
@@ -100,7 +101,8 @@ def road_records(
                 types=layout.types,
                 lane_sections=_linked(layout.sections, float(parts.length[k]), before, after),
                 osm_way_ids=tuple(ways),
-                guesses=tuple(sorted(frozenset[str]().union(*(guesses.get(way, ()) for way in ways)))),
+                guesses=guesses_about(ways, guesses),
+                names=road_names(parts, k, layout.sections, guesses),
             )
         )
     return out

@@ -139,6 +139,16 @@ class RoadLink:
 
 
 @dataclass(frozen=True, slots=True)
+class RoadName:
+    """The name of a road from s on, and the ways that it comes from there."""
+
+    s: float  # m
+    name: str  # As of `Road`, like what follows
+    osm_way_ids: tuple[int, ...]
+    guesses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Road:
     """A road, except for its curve and heights, which are in the tables of `RoadMap` at the road's index."""
 
@@ -151,6 +161,8 @@ class Road:
     lane_sections: tuple[LaneSection, ...]  # In ascending s, at least one
     osm_way_ids: tuple[int, ...]  # The ways that it comes from
     guesses: tuple[str, ...] = ()  # Codes of the guesses about its ways, in ascending order
+    # Where it has several names, all of them, the first from 0 on: it is cut there once everything is placed
+    names: tuple[RoadName, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,13 @@ from osm2xodr.geometry.borders.furniture import kept_furniture
 from osm2xodr.geometry.borders.pieces import Piece, Pieces
 from osm2xodr.geometry.borders.report import kept_report, kept_statistics
 from osm2xodr.geometry.borders.roads import kept_junctions, kept_roads, link_beyond
-from osm2xodr.model import BorderEnd, CubicProfile, RoadMap
+from osm2xodr.model import BorderEnd, Borders, CubicProfile, Partition, RoadMap
 
 
 def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics, own: int | None = None) -> RoadMap:
     """Return the area that a conversion is for, without its surroundings.
 
-    Each piece of a road that belongs to it becomes a road, without a link where it was cut. Lines, arcs and cubics
+    Each piece of a road that belongs to it becomes a road, without a link where its area ends. Lines, arcs and cubics
     keep their values, so the halves of a road that is cut between two areas meet, up to rounding. Roads, connecting
     roads and junctions get ids from the area's first id on, in this order; so do signals and objects; so do
     controllers.
@@ -43,13 +43,33 @@ def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics, own: int | None =
     if own is not None:
         borders = replace(borders, partition=replace(borders.partition, own=own))
     pieces = Pieces(road_map, borders)
+    cut = _cut(road_map, pieces, diagnostics)
+    ends = _border_ends(road_map, cut, pieces)
+    return replace(cut, statistics=kept_statistics(cut, road_map.statistics), border_ends=ends)
+
+
+def cut_at_names(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+    """Return an area by itself with its roads cut where their names change; lines and cubics keep their values."""
+    outside = sum(road.junction is None for road in road_map.roads)
+    if not any(road.names for road in road_map.roads[:outside]):
+        return road_map
+    nothing = np.zeros(outside, np.int64)
+    borders = Borders(
+        Partition(road_map.frame, ("",), (), (1,), 0),
+        *(np.arange(outside + 1), np.zeros(outside), nothing, np.zeros(len(road_map.junctions), np.int64)),
+    )
+    return _cut(road_map, Pieces(road_map, borders), diagnostics)
+
+
+def _cut(road_map: RoadMap, pieces: Pieces, diagnostics: Diagnostics) -> RoadMap:
+    """Return the pieces of the own area as a road map."""
     begin, end = np.array([(piece.begin, piece.end) for piece in pieces.kept]).T.copy()
     curve = np.array([piece.curve for piece in pieces.kept], np.int64)
 
     def part(profile: CubicProfile) -> CubicProfile:
         return part_of_profile(profile, curve, begin, end)
 
-    cut = replace(
+    return replace(
         road_map,
         roads=kept_roads(road_map, pieces),
         junctions=kept_junctions(road_map, pieces),
@@ -62,8 +82,6 @@ def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics, own: int | None =
         furniture=kept_furniture(road_map.furniture, pieces, diagnostics),
         borders=None,
     )
-    ends = _border_ends(road_map, cut, pieces)
-    return replace(cut, statistics=kept_statistics(cut, road_map.statistics), border_ends=ends)
 
 
 def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[BorderEnd, ...]:

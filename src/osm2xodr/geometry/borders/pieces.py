@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from osm2xodr.curves import lengths
 from osm2xodr.errors import EmptyAreaError, InputError
-from osm2xodr.model import Borders, Partition, RoadLink, RoadMap
+from osm2xodr.geometry.defaults import SHORTEST_NAME
+from osm2xodr.model import Borders, Partition, RoadLink, RoadMap, RoadName
 
 # Ids of the last area end here: CARLA reads them as signed numbers of 32 bits.
 _IDS_END: Final = 2**31
@@ -18,7 +20,7 @@ _IDS_END: Final = 2**31
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A piece of a road, from one border between areas to the next, or a road as a whole."""
+    """A piece of a road, from one border between areas or names to the next, or a road as a whole."""
 
     curve: int  # Index of the road
     # s on the road, m
@@ -41,7 +43,7 @@ class Pieces:
         self.partition = borders.partition
         own = self.partition.own
         self._index = {road.id: k for k, road in enumerate(road_map.roads)}
-        self._length = lengths(road_map.plan_view)
+        self._roads, self._length = road_map.roads, lengths(road_map.plan_view)
         self._borders = borders
         areas = borders.junction_area.tolist()
         junction_area = {item.id: area for item, area in zip(road_map.junctions, areas, strict=True)}
@@ -69,6 +71,7 @@ class Pieces:
             if k < outside:
                 rows = slice(int(borders.piece_start[k]), int(borders.piece_start[k + 1]))
                 where = list(zip(borders.piece_s[rows].tolist(), borders.piece_area[rows].tolist(), strict=True))
+                where = _with_names(where, self._roads[k].names)
             ends = [begin for begin, _ in where[1:]] + [float(self._length[k])]
             last = len(where) - 1
             self._of[k] = [
@@ -110,6 +113,16 @@ class Pieces:
     def junction(self, junction: int) -> int | None:
         """Return the new id of the junction with an id; None if it belongs to another area."""
         return self._junction.get(junction)
+
+
+def _with_names(where: list[tuple[float, int]], names: Sequence[RoadName]) -> list[tuple[float, int]]:
+    """Return (begin, area) of the pieces of a road, cut at its names as well where these leave no sliver."""
+    out = list(where)
+    for name in names[1:]:
+        if all(abs(name.s - begin) >= SHORTEST_NAME for begin, _ in where):
+            area = max(item for item in where if item[0] < name.s)[1]
+            out.append((name.s, area))
+    return sorted(out)
 
 
 def check_ids(partition: Partition, count: int, what: str) -> None:

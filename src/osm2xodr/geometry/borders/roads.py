@@ -9,6 +9,7 @@ from typing import Final
 
 from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.borders.pieces import Piece, Pieces
+from osm2xodr.geometry.margins import has_width
 from osm2xodr.model import Connection, Junction, Lane, LaneSection, Road, RoadLink, RoadMap, RoadType
 
 # A lane section or type that reaches beyond a cut by less is left out there, m.
@@ -35,9 +36,10 @@ def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
 
 
 def link_beyond(road: Road, piece: Piece, pieces: Pieces, *, at_start: bool) -> RoadLink | None:
-    """Return the link of a kept piece of a road at one of its ends, with new ids; None at a cut."""
+    """Return the link of a kept piece of a road at one of its ends, with new ids; None at the end of the area."""
     if not (piece.at_start if at_start else piece.at_end):
-        return None
+        beside = pieces.beside(piece, at_start=at_start)
+        return RoadLink(False, beside.id, not at_start) if beside is not None and beside.id else None
     link = road.predecessor if at_start else road.successor
     if link is None:
         return None
@@ -68,13 +70,23 @@ def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
     types, sections = road.types, road.lane_sections
     if not (piece.at_start and piece.at_end):
         types, sections = _types(types, piece), _sections(sections, piece)
+        if links[0] is not None and not piece.at_start:
+            sections = (_linked(sections[0], road, piece.begin, at_start=True), *sections[1:])
+        if links[1] is not None and not piece.at_end:
+            sections = (*sections[:-1], _linked(sections[-1], road, piece.end, at_start=False))
     if links[0] is None and not (piece.at_start and road.predecessor is None):
         sections = (_unlinked(sections[0], at_start=True), *sections[1:])
     if links[1] is None and not (piece.at_end and road.successor is None):
         sections = (*sections[:-1], _unlinked(sections[-1], at_start=False))
+    middle = 0.5 * (piece.begin + piece.end)
+    named = max((item for item in road.names if item.s <= middle), key=lambda item: item.s, default=road)
     return replace(
         road,
         id=piece.id,
+        name=named.name,
+        osm_way_ids=named.osm_way_ids,
+        guesses=named.guesses,
+        names=(),
         junction=None if road.junction is None else pieces.junction(road.junction),
         predecessor=links[0],
         successor=links[1],
@@ -111,6 +123,22 @@ def _sections(sections: tuple[LaneSection, ...], piece: Piece) -> tuple[LaneSect
             )
         out.append(LaneSection(begin - piece.begin, lanes))
     return tuple(out)
+
+
+def _linked(section: LaneSection, road: Road, cut: float, *, at_start: bool) -> LaneSection:
+    """Return a section whose lanes go on beyond a cut: where sections meet as these do, else all that are there."""
+    if any(abs(item.s - cut) <= _SHORTEST_REST for item in road.lane_sections):
+        return section
+    whole = max((item for item in road.lane_sections if item.s < cut), key=lambda item: item.s)
+    there = {lane.id for lane in whole.lanes if lane.id and has_width(lane.widths, cut - whole.s)}
+    lanes = ((lane, lane.id if lane.id in there else None) for lane in section.lanes)
+    return LaneSection(
+        section.s,
+        tuple(
+            replace(lane, predecessor=beyond) if at_start else replace(lane, successor=beyond)
+            for lane, beyond in lanes
+        ),
+    )
 
 
 def _unlinked(section: LaneSection, *, at_start: bool) -> LaneSection:
