@@ -1,7 +1,7 @@
 # osm2xodr with all that its commands can use:
 #   docker build -t osm2xodr .
 #   docker run --rm -v "$PWD:/data" -u "$(id -u):$(id -g)" osm2xodr convert area.osm --dem dem.tif -o area.xodr
-FROM python:3.12-slim
+FROM python:3.12.11-slim-bookworm
 
 # The wheels of rasterio bring GDAL, but not the library that reads XML.
 RUN apt-get update && apt-get install -y --no-install-recommends libexpat1 && apt-get clean
@@ -9,6 +9,9 @@ COPY pyproject.toml README.md LICENSE /source/
 COPY src /source/src
 COPY docs /source/docs
 RUN pip install --no-cache-dir '/source[batch,check,scene]' && rm -rf /source
+# Not root, even without -u.
+RUN useradd --create-home --uid 1000 osm2xodr && install --directory --owner osm2xodr /data
+USER osm2xodr
 WORKDIR /data
 ENTRYPOINT ["osm2xodr"]
 CMD ["--help"]

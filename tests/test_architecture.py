@@ -25,7 +25,7 @@ HOMES = {
     "click": {"cli"},
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
-    "rasterio": {"surface.grids", "fetching"},
+    "rasterio": {"system", "fetching"},
     "shapely": {"exporting.scene", "exporting.scene.ground", "exporting.scene.buildings"},
     "lxml": {"checking.checks", "parts"},
     "distributed": {"batch.workers"},

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import email.utils
+import socket
+import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +18,8 @@ from web_server import PAGE, Reply, WebServer, web_server, write_certificate
 
 from osm2xodr.errors import OptionError
 from osm2xodr.fetching import Network, ServerError
-from osm2xodr.fetching.connection import Connection, check_address, shown
+from osm2xodr.fetching.addresses import check_address, shown
+from osm2xodr.fetching.connection import Connection
 
 
 @dataclass
@@ -172,6 +177,65 @@ def test_no_redirect_leads_to_an_open_connection(
         url = secure.serve("/old", Reply(status=302, headers={"Location": "/new"}))
         secure.serve("/new", Reply(b"data"))
         assert get(Connection(patient.network()), url) == b"data"
+
+
+@pytest.mark.parametrize(
+    "target", ["http://[::1", "http://a..b/", "http://a:99999/", "http://a:x/", "\x1b[2J://x", "//"]
+)
+def test_redirects_to_what_is_no_address(server: WebServer, patient: Patient, target: str) -> None:
+    url = server.serve("/old", Reply(status=302, headers={"Location": target}))
+    with pytest.raises(ServerError, match="which is not followed; give another address") as caught:
+        get(Connection(patient.network()), url)
+    assert str(caught.value).isprintable()
+
+
+def test_no_other_header_leads_on(server: WebServer, patient: Patient) -> None:
+    url = server.serve("/old", Reply(status=302, headers={"URI": f"{server.url}/new"}))
+    with pytest.raises(ServerError, match="answers with status 302"):
+        get(Connection(patient.network()), url)
+    assert len(server.requests) == 1
+
+
+@pytest.mark.parametrize("text", ["\xb2", "1" * 5000, "-1", "1, 1", "\xff", "1e9"])
+def test_numbers_in_headers_that_are_none(server: WebServer, patient: Patient, text: str) -> None:
+    headers = {"Content-Length": text, "Connection": "close", "Retry-After": text}
+    assert get(Connection(patient.network()), server.serve("/a", Reply(b"data", headers=headers))) == b"data"
+    url = server.serve("/b", Reply(b"", 503, headers={"Retry-After": text}), Reply(b"data"))
+    assert get(Connection(patient.network(pause=5.0)), url) == b"data"
+    assert patient.waited == [5.0]
+
+
+def test_headers_have_a_clock(patient: Patient) -> None:
+    """From the first byte of an answer on, whatever time the server may take before it."""
+    for begin in (b"", b"HTTP/1.1 200 OK\r\n", b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n"):
+        with dripping(begin) as url:
+            connection, began = Connection(patient.network(patience=0.3, retries=0)), time.monotonic()
+            with pytest.raises(ServerError, match=r"does not answer|fell silent"):
+                connection.ask(url, "--option", partial(whole, connection), silence=30.0)
+            assert time.monotonic() - began < 3.0
+
+
+def whole(connection: Connection, response: Any) -> bytes:
+    return b"".join(connection.chunks(response))
+
+
+@contextmanager
+def dripping(begin: bytes) -> Iterator[str]:
+    """Serve an answer that goes on with a digit every 0.05 s."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+
+        def serve() -> None:
+            made, _ = listening.accept()
+            with made, suppress(OSError):
+                made.sendall(begin)
+                while True:
+                    made.sendall(b"1")
+                    time.sleep(0.05)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{listening.getsockname()[1]}/"
+        thread.join()
 
 
 def test_redirects_in_a_circle_end(server: WebServer, patient: Patient) -> None:

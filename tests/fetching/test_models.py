@@ -29,7 +29,7 @@ attribution = Me
 
 def files_at(model: ElevationModel, lon: float, lat: float) -> list[str]:
     """Return the first address of the files that hold a place."""
-    box = bounds_in(model.crs, (lon, lat, lon + 1e-6, lat + 1e-6), 1.0)
+    box = bounds_in(model.crs, (lon, lat, lon + 1e-6, lat + 1e-6))
     return [addresses[0].rpartition("/")[2] for addresses in model.files(box)]
 
 

@@ -146,8 +146,9 @@ def test_compressed_answers(server: WebServer, tmp_path: Path) -> None:
 
 def test_an_answer_that_ends_too_early(server: WebServer, tmp_path: Path) -> None:
     """Without a length nothing but the content shows that."""
-    short = Reply(answer("<node id='1' lat='1' lon='1'/>")[:-10], headers={"Content-Length": ""})
-    server.serve(API, COUNT, short, COUNT)
+    whole = answer("<node id='1' lat='1' lon='1'/>")
+    short = Reply(whole[:-10], headers={"Content-Length": ""})
+    server.serve(API, COUNT, short, Reply(whole))
     said: list[str] = []
     fetch(server, tmp_path, said=said, retries=1)
     assert "cut its answer short; it is asked again" in said[0]
@@ -163,7 +164,7 @@ def test_an_answer_that_ends_too_early(server: WebServer, tmp_path: Path) -> Non
         (Reply(b'{"version": 0.6}'), r"gives something else \(.*0.6.*\) instead of OSM data in XML"),
         (Reply(b""), r"gives something else \(empty\) instead"),
         (Reply(PAGE, 400), "answers with status 400: Please log in to this network"),
-        (Reply(answer("")), "the server of --overpass does not say how much there is in the area"),
+        (Reply(answer("")), "is of no use: its answer does not say how much there is in the area; try again later"),
     ],
 )
 def test_answers_that_are_none(server: WebServer, tmp_path: Path, reply: Reply, message: str) -> None:
@@ -176,8 +177,48 @@ def test_answers_that_are_none(server: WebServer, tmp_path: Path, reply: Reply, 
 def test_entities_are_refused(server: WebServer, tmp_path: Path) -> None:
     bomb = b'<?xml version="1.0"?><!DOCTYPE osm [<!ENTITY a "aaaa">]>' + COUNT.body.partition(b"?>")[2]
     server.serve(API, Reply(bomb))
-    with pytest.raises(InputError, match="document type declaration"):
+    with pytest.raises(ServerError, match="is of no use: its answer is XML with a document type declaration"):
         fetch(server, tmp_path)
+
+
+BAD = (
+    b"<osm version='0.6'><node id='1' lat='x' lon='1'/></osm>",
+    b"<osm version='0.6'><node id='1' lat='1'</osm>",
+    b"<osm version='0.6'><way id='1'><nd ref='1'></osm>",
+    b'<?xml version="1.0"?><!DOCTYPE osm [<!ENTITY a "b">]><osm version="0.6"><node id="1" lat="1" lon="1"/></osm>',
+)
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_answers_are_looked_at_before_they_are_kept(server: WebServer, tmp_path: Path, bad: bytes) -> None:
+    """A bad one blocks neither the server, when it is well again, nor another one."""
+    made = Overpass()
+    url = server.serve(API, COUNT, Reply(bad))
+    with pytest.raises(ServerError, match="is of no use: its answer"):
+        fetch(server, tmp_path)
+    # The count is kept.
+    assert len(list((tmp_path / "overpass").glob("*.osm"))) == 1
+    server.serve(API, made)
+    (part,) = fetch(server, tmp_path)
+    assert b"<way" in part.read_bytes()
+    other = server.serve("/other", Reply(answer("")))
+    server.serve(API, COUNT, Reply(bad))
+    with pytest.raises(ServerError, match="does not say how much"):
+        fetch(server, tmp_path, other)
+    # What is kept and was damaged since is asked for anew; and the next server is asked where one is of no use.
+    part.write_bytes(bad)
+    server.serve("/other", made)
+    said: list[str] = []
+    fetch(server, tmp_path, url, other, said=said)
+    assert "is of no use: its answer" in said[0]
+
+
+def test_counts_that_split_for_ever_end(server: WebServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(overpass, "_PARTS_MAX", 20)
+    server.serve(API, Reply(COUNT.body.replace(b'"5"', b'"70000"')))
+    with pytest.raises(ServerError, match="split the area over 20 times; give others"):
+        fetch(server, tmp_path)
+    assert len(server.requests) < 20
 
 
 def test_the_next_server_is_asked_where_one_fails(server: WebServer, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import http.server
 import resource
 import threading
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -186,17 +187,19 @@ def test_neither_files_beside_a_raster_nor_the_environment_reach_the_network(
     expected = out.with_name("expected.xodr")
     assert run("convert", area, "--dem", dem, "-o", expected, "-q", "--name", "map")[:2] == (0, "")
     elsewhere = f"/vsicurl/{address}/dem.tif"
-    Path(f"{dem}.aux.xml").write_text(
-        f'<PAMDataset><Metadata domain="OVERVIEWS"><MDI key="OVERVIEW_FILE">{elsewhere}</MDI></Metadata></PAMDataset>'
-    )
     environment = {
+        "GDAL_CONFIG_FILE": str(area),
+        "GDAL_DATA": address,
+        "GDAL_DRIVER_PATH": str(tmp_path),
+        "PROJ_DATA": str(tmp_path),
+        "PROJ_LIB": str(tmp_path),
         "PROJ_NETWORK": "ON",
         "PROJ_NETWORK_ENDPOINT": address,
         "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "tif",
         "GDAL_VRT_ENABLE_PYTHON": "YES",
         "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
         "GDAL_GEOREF_SOURCES": "PAM,INTERNAL",
-        "GDAL_SKIP": "",
+        "GDAL_SKIP": "GTiff",
         "GTIFF_POINT_GEO_IGNORE": "YES",
         "OSM_CONFIG_FILE": elsewhere,
         "PYTHONHASHSEED": "7",
@@ -205,8 +208,23 @@ def test_neither_files_beside_a_raster_nor_the_environment_reach_the_network(
     assert out.read_bytes() == expected.read_bytes()
     # A datum whose grid PROJ would have to fetch.
     grid = ["--vertical-datum", "ellipsoid", "--dem-vertical-datum", "EPSG:3855"]
-    run("convert", area, "--dem", dem, "-o", out, "-q", "--overwrite", *grid, **environment)
+    run("convert", area, "--dem", dem, "-o", tmp_path / "grid.xodr", "-q", *grid, **environment)
+    overviews = f'<Metadata domain="OVERVIEWS"><MDI key="OVERVIEW_FILE">{address}/dem.tif</MDI></Metadata>'
+    source = f"<SimpleSource><SourceFilename>{address}/dem.tif</SourceFilename></SimpleSource>"
+    band = f'<VRTRasterBand dataType="Byte" band="1">{source}</VRTRasterBand>'
+    virtual = f'<VRTDataset rasterXSize="9" rasterYSize="9">{band}</VRTDataset>'
+    for beside, text in ((".aux.xml", f"<PAMDataset>{overviews}</PAMDataset>"), (".msk", virtual), (".ovr", virtual)):
+        path = Path(f"{dem}{beside}")
+        path.write_text(text)
+        refused = run("convert", area, "--dem", dem, "-o", out, "-q", "--overwrite", **environment)
+        assert str(dem) in refusal(*refused[:2])
+        path.unlink()
+    with zipfile.ZipFile(tmp_path / "dem.zip", "w") as archive:
+        archive.writestr("dem.tif", virtual)
+    refused = run("convert", area, "--dem", tmp_path / "dem.zip", "-o", out, "-q", "--overwrite")
+    assert "is not a raster" in refusal(*refused[:2])
     assert asked == []
+    assert out.read_bytes() == expected.read_bytes()
 
 
 # ---------------------------------------------------------------- OpenDRIVE

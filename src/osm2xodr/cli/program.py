@@ -11,7 +11,6 @@ import contextlib
 import errno
 import gc
 import importlib
-import os
 import signal
 import sys
 import traceback
@@ -27,8 +26,8 @@ from osm2xodr.cli.options import Session
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import (
     ENDING_SIGNALS,
-    ONE_THREAD_ENVIRONMENT,
     occupy_closed_streams,
+    own_process,
     patient_standard_error,
     silence_standard_output,
 )
@@ -66,8 +65,7 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
 
 def _run(arguments: Sequence[str] | None, session: Session) -> int:
     """Run a command, and turn all errors into one sentence and an exit status."""
-    # Threads of linear algebra would wait busily for work that is too small for them. PROJ is to fetch no grids.
-    os.environ.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF")
+    own_process()
     try:
         with _signals():
             status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)

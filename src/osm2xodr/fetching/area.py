@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from osm2xodr.errors import OptionError, OutputError
-from osm2xodr.fetching.connection import Connection, check_address, is_address
+from osm2xodr.fetching.addresses import check_address, is_address
+from osm2xodr.fetching.connection import Connection
 from osm2xodr.fetching.elevation import FetchedModel, dem_path, fetch_models, with_margin
 from osm2xodr.fetching.maps import FetchedMap, fetch_map
 from osm2xodr.fetching.models import ElevationModel, choose_models, read_models

@@ -11,10 +11,11 @@ import urllib.parse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from osm2xodr.errors import OutputError
-from osm2xodr.fetching.connection import Connection, Response, again, host, shown
+from osm2xodr.fetching.addresses import host, shown
+from osm2xodr.fetching.connection import Connection, Response, again, mark_of, range_of
 from osm2xodr.fetching.options import ServerError
 from osm2xodr.system import appended, complete, is_page, make_folder, parse_json, plain_text, stream_to
 
@@ -98,10 +99,8 @@ class _State:
         """Return how much is there, bytes."""
         return self._part.stat().st_size if self._part.is_file() else 0
 
-    def begin(self, headers: Any) -> None:
-        """Begin anew; the headers tell by what the file is known again."""
-        etag = headers.get("ETag", "")
-        mark = etag if etag and not etag.startswith("W/") else headers.get("Last-Modified", "")
+    def begin(self, mark: str) -> None:
+        """Begin anew; by its mark the file is known again."""
         self._part.unlink(missing_ok=True)
         with stream_to(self._file) as stream:
             stream.write(json.dumps({"mark": mark}).encode())
@@ -120,12 +119,12 @@ class _State:
 def _receive(connection: Connection, wanted: Wanted, response: Response, part: Path, state: _State) -> None:
     """Add an answer to the part of a file that is there."""
     there = state.size()
-    begins, total = _range_of(response)
+    begins, total = range_of(response)
     if response.status == 206 and begins != there:
         part.unlink(missing_ok=True)
         raise again("sends another part than it was asked for")
     if response.status != 206:
-        state.begin(response.headers)
+        state.begin(mark_of(response))
         there = 0
     _check_room(connection, wanted, part, there, total)
     head, checked = b"", there > 0
@@ -147,17 +146,6 @@ def _receive(connection: Connection, wanted: Wanted, response: Response, part: P
     except ServerError:
         part.unlink(missing_ok=True)
         raise
-
-
-def _range_of(response: Response) -> tuple[int, int | None]:
-    """Return where an answer begins in its file, and the length of the file if it is known, bytes."""
-    if response.status == 206:
-        found = re.fullmatch(r"bytes (\d+)-\d+/(\d+|\*)", response.headers.get("Content-Range", "").strip())
-        if found is None:
-            return -1, None
-        return int(found[1]), None if found[2] == "*" else int(found[2])
-    length = response.headers.get("Content-Length", "")
-    return 0, int(length) if length.isdigit() else None
 
 
 def _check_room(connection: Connection, wanted: Wanted, part: Path, there: int, total: int | None) -> None:
@@ -192,7 +180,7 @@ def _check_head(wanted: Wanted, head: bytes, response: Response) -> None:
 
 def not_wanted(wanted: Wanted, head: bytes, response: Response) -> str:
     """Return the sentence about an answer that is not what was asked for."""
-    kind = response.headers.get_content_type()
+    kind = plain_text(response.headers.get_content_type().encode())
     said = plain_text(head) if is_page(head) else ""
     found = f"a web page{f' ({said})' if said else ''}" if is_page(head) else f"something else ({kind})"
     if not head:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.fetching.connection import Connection, Response, host, shown
+from osm2xodr.fetching.addresses import host, shown
+from osm2xodr.fetching.connection import Connection, Response, mark_of, range_of
 from osm2xodr.fetching.downloads import Wanted, download, key_of, not_wanted
 from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.options import FetchOptions, ServerError
@@ -25,10 +26,9 @@ from osm2xodr.fetching.rasters import (
     unpacked,
     void_share,
 )
+from osm2xodr.fetching.remote import PART, RemoteFile
 from osm2xodr.system import make_folder, stream_to
 
-# Bytes that are asked for to see what a file is.
-_PROBE: Final = 1024
 # First bytes of TIFF and BigTIFF in both orders of bytes.
 _TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Files that are not there: some models have none at sea, or beyond their country (RFC 9110).
@@ -83,7 +83,7 @@ def fetch_models(
             kind = "digital surface model" if model.covered else "digital terrain model"
             with stream_to(target) as stream:
                 description = f"{model.title}, {kind}"
-                stream.write(packed(raster, description, model.attribution, connection.network.patience))
+                stream.write(packed(raster, description, model.attribution))
             paths.append(target)
         if paths:
             voids = max(void_share(raster) for raster in fetched)
@@ -122,7 +122,7 @@ def _fetch(
     connection: Connection, box: Box, model: ElevationModel, options: FetchOptions
 ) -> tuple[list[Raster], list[str], int]:
     """Return what a model has in a box, the addresses of its files, and how many are absent."""
-    files = model.files(bounds_in(model.crs, box, connection.network.patience))
+    files = model.files(bounds_in(model.crs, box))
     rasters: list[Raster] = []
     urls: list[str] = []
     absent = 0
@@ -164,75 +164,62 @@ def _window(
     """Return whether a file is there, and what it has in a box, from the cache if that is there."""
     folder = options.cache_dir / "elevation"
     kept = folder / f"{key_of(url, model.datum, *(f'{value:.7f}' for value in box))}.tif"
-    patience = connection.network.patience
     if options.age and kept.is_file():
         try:
-            return True, unpacked(kept, patience)
+            return True, unpacked(kept)
         except RasterError:
             kept.unlink(missing_ok=True)
-    name = _probe(connection, url, options)
-    if name is None:
+    file = _open(connection, url, options)
+    if file is None:
         return False, None
-    raster = _read(connection, url, name, box, model, options)
+    try:
+        raster = read_window(file, box, model)
+    except RasterError as problem:
+        if isinstance(file, Path):
+            # It must not be taken for a good one the next time.
+            file.unlink(missing_ok=True)
+        raise ServerError(
+            f"{shown(url)} cannot be read to its end ({problem}); try again later, or give another address with "
+            "--dem-url"
+        ) from None
     if raster is None:
         return True, None
     make_folder(folder)
     with stream_to(kept) as stream:
-        stream.write(packed(raster, model.title, model.attribution, patience))
+        stream.write(packed(raster, model.title, model.attribution))
     # As it comes from the cache the next time, where numbers and names may have been rounded.
-    return True, unpacked(kept, patience)
+    return True, unpacked(kept)
 
 
 def _wanted(url: str) -> Wanted:
     return Wanted(url, "--dem-url", "a GeoTIFF", lambda head: head.startswith(_TIFF))
 
 
-def _probe(connection: Connection, url: str, options: FetchOptions) -> str | None:
-    """Return what GDAL can read a file by, None if the file is not there; files are downloaded where that helps."""
+def _open(connection: Connection, url: str, options: FetchOptions) -> Path | RemoteFile | None:
+    """Return a file to read, None if it is not there; files are downloaded where a server does not send parts."""
     wanted = _wanted(url)
 
-    def read(response: Response) -> tuple[bool, str]:
+    def read(response: Response) -> RemoteFile | None:
         head = b""
         for chunk in connection.chunks(response):
             head += chunk
             # A server without parts sends everything.
-            if len(head) >= _PROBE:
+            if len(head) >= PART:
                 break
         if not wanted.looks_right(head):
             raise ServerError(not_wanted(wanted, head, response), response.status)
-        return response.status == 206, response.geturl()
+        begins, size = range_of(response)
+        if response.status != 206 or begins != 0 or size is None:
+            return None
+        return RemoteFile(connection, response.geturl(), size, mark_of(response), head)
 
     try:
-        has_parts, final = connection.ask(url, "--dem-url", read, lambda: {"Range": f"bytes=0-{_PROBE - 1}"})
+        file = connection.ask(url, "--dem-url", read, lambda: {"Range": f"bytes=0-{PART - 1}"})
     except ServerError as error:
         if error.status in _ABSENT:
             return None
         raise
-    if has_parts:
-        return f"/vsicurl/{final}"
+    if file is not None:
+        return file
     connection.network.note(f"{host(url)} does not send parts of files; {shown(url)} is downloaded whole")
-    return str(download(connection, wanted, options.cache_dir / "elevation", math.inf if options.age else 0.0).path)
-
-
-def _read(
-    connection: Connection, url: str, name: str, box: Box, model: ElevationModel, options: FetchOptions
-) -> Raster | None:
-    """Read a window; where that fails ask the server anew, which waits where it is busy, or says what is wrong."""
-    network = connection.network
-    current: str | None = name
-    for attempt in range(network.retries + 1):
-        if current is None:
-            break
-        try:
-            return read_window(current, box, model, network.patience)
-        except RasterError as error:
-            problem = error
-        if attempt < network.retries:
-            seconds = network.pause * 2.0**attempt
-            network.note(f"{host(url)} did not send all of {shown(url)}; it is asked again in {seconds:.0f} s")
-            network.sleep(seconds)
-            current = _probe(connection, url, options)
-    raise ServerError(
-        f"{shown(url)} cannot be read to its end ({problem}); try again later, the same command goes on where it "
-        "ended, or give another address with --dem-url"
-    )
+    return download(connection, wanted, options.cache_dir / "elevation", math.inf if options.age else 0.0).path

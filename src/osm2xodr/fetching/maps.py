@@ -12,10 +12,11 @@ import osmium
 
 from osm2xodr.batch import bounds_of, cut_areas
 from osm2xodr.errors import InputError, OutputError
-from osm2xodr.fetching.connection import Connection, is_address
+from osm2xodr.fetching.addresses import is_address
+from osm2xodr.fetching.connection import Connection
 from osm2xodr.fetching.downloads import Wanted, download
 from osm2xodr.fetching.options import FetchOptions
-from osm2xodr.fetching.overpass import data_date, fetch_parts, servers_of
+from osm2xodr.fetching.overpass import data_date, fetch_parts, forget, read_through, servers_of
 from osm2xodr.fetching.place import Box, Place
 from osm2xodr.osmParsing import close_writer, handle, open_osm_file, readable
 from osm2xodr.system import stream_to
@@ -40,10 +41,21 @@ def fetch_map(connection: Connection, place: Place, options: FetchOptions, targe
 
     Raises `InputError`, `OutputError` and `ServerError`.
     """
-    if options.extract is None:
-        source, date, parts = _from_overpass(connection, place, options, work)
-    else:
+    if options.extract is not None:
         source, date, parts = _from_extract(connection, place, options, work)
+        return _written(source, date, parts, place, target, work)
+    answers = fetch_parts(connection, place.box, options)
+    try:
+        source, date, parts = _from_overpass(answers, place, options, work)
+        return _written(source, date, parts, place, target, work)
+    except InputError:
+        # The next time the servers may know better.
+        forget(answers)
+        raise
+
+
+def _written(source: str, date: str, parts: Sequence[Path], place: Place, target: Path, work: Path) -> FetchedMap:
+    """Write a map from its parts."""
     written = work / f"written{''.join(target.suffixes)}"
     _write(parts, written, place.box)
     try:
@@ -55,10 +67,7 @@ def fetch_map(connection: Connection, place: Place, options: FetchOptions, targe
     return FetchedMap(target, source, date, roads)
 
 
-def _from_overpass(
-    connection: Connection, place: Place, options: FetchOptions, work: Path
-) -> tuple[str, str, list[Path]]:
-    parts = fetch_parts(connection, place.box, options)
+def _from_overpass(parts: list[Path], place: Place, options: FetchOptions, work: Path) -> tuple[str, str, list[Path]]:
     dates = [date for part in parts if (date := data_date(part))]
     source = ", ".join(["Overpass API", *servers_of(parts)])
     if place.rings:
@@ -111,10 +120,7 @@ def _is_sound(path: Path) -> bool:
         bounds_of(path)
     except InputError:
         try:
-            file = open_osm_file(path)
-            with readable(file):
-                for _ in osmium.FileProcessor(handle(file), osmium.osm.RELATION):
-                    pass
+            read_through(path)
         except InputError:
             return False
     return True

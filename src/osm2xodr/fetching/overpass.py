@@ -10,19 +10,23 @@ import re
 import time
 import urllib.parse
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
 
+import osmium
+import osmium.filter
+
 from osm2xodr.errors import InputError
-from osm2xodr.fetching.connection import Connection, Response, again, host, shown
+from osm2xodr.fetching.addresses import host, shown
+from osm2xodr.fetching.connection import Connection, Response, again
 from osm2xodr.fetching.downloads import key_of
 from osm2xodr.fetching.options import FetchOptions, ServerError
 from osm2xodr.fetching.place import Box
 from osm2xodr.fetching.queries import QUERY_TIME, area_query, count_query
-from osm2xodr.osmParsing import open_osm_file
-from osm2xodr.system import is_page, make_folder, plain_text, stream_to
+from osm2xodr.osmParsing import handle, open_osm_file, readable
+from osm2xodr.system import complete, is_page, make_folder, plain_text, stream_to
 
 # Ways and nodes of a part, about 100 MB of text; larger ones are split. And of the whole area: beyond it an extract
 # is less work for everybody. Choices.
@@ -32,9 +36,13 @@ _AREA_MAX: Final = 1_500_000
 _BOX_MAX: Final = 16.0
 # Boxes are split at most so often; in the last ones half a second of arc would hold a whole city.
 _SPLITS_MAX: Final = 12
-# Bytes at the beginning and the end of an answer that say what it is; and the largest one.
+# More parts than this no area of that size takes, where they are split evenly or not: some 25 are full. A choice.
+_PARTS_MAX: Final = 1000
+# Bytes at the beginning and the end of an answer that say what it is; the largest map, and the largest count.
 _ENDS: Final = 1 << 14
 _ANSWER_MAX: Final = 2_000_000_000
+_COUNT_MAX: Final = 1_000_000
+_NUMBER: Final = re.compile(r"[0-9]{1,12}")
 
 _REMARK: Final = re.compile(rb"<remark>(.*?)</remark>", re.DOTALL)
 # What the server says of queries that are too large for it.
@@ -56,23 +64,24 @@ class _Overpass:
         self._folder = folder
         self.said = ""  # What a server has last said of a part that is too large for it
 
-    def count(self, box: Box) -> int:
-        """Return the number of elements in a box; `_TooLargeError` if the server cannot give it."""
-        return _count(self._answer(count_query(box, surroundings=self._surroundings)))
+    def count(self, box: Box) -> tuple[int, Path]:
+        """Return the number of elements in a box, and the file that says so; `_TooLargeError` if there is none."""
+        path = self._answer(count_query(box, surroundings=self._surroundings), _count, _COUNT_MAX)
+        return _count(path), path
 
     def area(self, box: Box) -> Path:
         """Return the file with what is in a box; `_TooLargeError` if the server cannot give it."""
-        return self._answer(area_query(box, surroundings=self._surroundings))
+        most = min(_ANSWER_MAX, self._connection.network.download_max)
+        return self._answer(area_query(box, surroundings=self._surroundings), read_through, most)
 
-    def _answer(self, query: str) -> Path:
-        """Return the file with the answer to a query."""
-        path = self._folder / f"{key_of(query)}.osm"
-        if path.is_file() and time.time() - path.stat().st_mtime < self._age:
-            return path
+    def _answer(self, query: str, check: Callable[[Path], object], most: int) -> Path:
+        """Return the file with the answer to a query, of which `check` makes an error if it is none."""
         failed: list[ServerError] = []
         for server in tuple(self._servers):
+            path = self._folder / f"{key_of(server, query)}.osm"
             try:
-                self._ask(server, query, path)
+                if not (path.is_file() and time.time() - path.stat().st_mtime < self._age and _passes(check, path)):
+                    self._ask(server, query, path, check, most)
             except ServerError as error:
                 failed.append(error)
                 continue
@@ -92,26 +101,37 @@ class _Overpass:
             )
         raise failed[-1]
 
-    def _ask(self, server: str, query: str, path: Path) -> None:
+    def _ask(self, server: str, query: str, path: Path, check: Callable[[Path], object], most: int) -> None:
         sign = "&" if urllib.parse.urlsplit(server).query else "?"
         url = f"{server}{sign}{urllib.parse.urlencode({'data': query})}"
+        part = path.with_suffix(".part")
 
         def read(response: Response) -> None:
             head = tail = b""
             size = 0
-            with stream_to(path) as stream:
+            with stream_to(part) as stream:
                 for chunk in self._unpacked(response):
                     size += len(chunk)
                     head += chunk[: _ENDS - len(head)]
                     tail = (tail + chunk)[-_ENDS:]
-                    if size > _ANSWER_MAX:
-                        raise ServerError(f"{shown(server)} sends over {_ANSWER_MAX / 1e9:g} GB; give a smaller area")
+                    if size > most:
+                        raise ServerError(f"{shown(server)} sends over {most / 1e6:,.1f} MB; give a smaller area")
                     stream.write(chunk)
                 _check(server, head, tail)
+
+        try:
+            self._connection.ask(url, "--overpass", read, lambda: {"Accept-Encoding": "gzip"}, QUERY_TIME)
+            try:
+                check(part)
+            except InputError as error:
+                why = str(error).replace(str(part), "its answer").partition(";")[0]
+                other = "try again later, or give another one with --overpass"
+                raise ServerError(f"{shown(server)} is of no use: {why}; {other}") from None
             with stream_to(_origin(path)) as stream:
                 stream.write(shown(server).encode())
-
-        self._connection.ask(url, "--overpass", read, lambda: {"Accept-Encoding": "gzip"}, QUERY_TIME)
+            complete(part, path)
+        finally:
+            part.unlink(missing_ok=True)
 
     def _unpacked(self, response: Response) -> Iterator[bytes]:
         """Yield the content of an answer as text."""
@@ -147,6 +167,30 @@ def _check(server: str, head: bytes, tail: bytes) -> None:
         raise again("cut its answer short")
 
 
+def _passes(check: Callable[[Path], object], path: Path) -> bool:
+    """Whether an answer that is kept still is one."""
+    try:
+        check(path)
+    except InputError:
+        return False
+    return True
+
+
+def read_through(path: Path) -> None:
+    """Read a map to its end; `InputError` if it is none, or damaged."""
+    file = open_osm_file(path)
+    with readable(file):
+        # Most nodes have no tags, and are left to the library.
+        for _ in osmium.FileProcessor(handle(file)).with_filter(osmium.filter.EmptyTagFilter()):
+            pass
+
+
+def forget(parts: Iterable[Path]) -> None:
+    """Remove answers that are of no use, so that they are asked for anew."""
+    for part in parts:
+        part.unlink(missing_ok=True)
+
+
 def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list[Path]:
     """Return files that together hold what conversions read in a box; what several of them hold is the same.
 
@@ -174,6 +218,8 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
     while todo:
         part, depth = todo.pop()
         all_ = len(parts) + len(todo) + 1
+        if all_ > _PARTS_MAX:
+            raise ServerError(f"the servers of --overpass split the area over {_PARTS_MAX:,} times; give others")
         progress("asking for the map", f"{len(parts)} of {all_} parts are there", len(parts) / all_)
         found = _part(overpass, part, depth == 0, options.surroundings)
         if found is not None:
@@ -191,8 +237,9 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
 def _part(overpass: _Overpass, box: Box, whole: bool, surroundings: bool) -> Path | None:
     """Return the file with what is in a box; None if it is too large and has to be split."""
     try:
-        count = overpass.count(box)
+        count, path = overpass.count(box)
         if whole and count > _AREA_MAX:
+            forget([path])
             less = "leave out buildings and water with --no-surroundings, or " if surroundings else ""
             raise InputError(
                 f"the area has {count:,} ways and objects, too many for the Overpass API; {less}give a map with "
@@ -205,17 +252,17 @@ def _part(overpass: _Overpass, box: Box, whole: bool, surroundings: bool) -> Pat
 
 
 def _count(path: Path) -> int:
-    """Return the number of elements that an answer states."""
+    """Return the number of elements that an answer states; `InputError` if it states none."""
     # What is refused in maps, such as entities, is refused here as well.
     open_osm_file(path)
     try:
         tags = ElementTree.parse(path).iterfind("count/tag")
-        return next(int(tag.get("v", "")) for tag in tags if tag.get("k") == "total")
-    except (ElementTree.ParseError, StopIteration, ValueError):
-        path.unlink(missing_ok=True)
-        raise ServerError(
-            "the server of --overpass does not say how much there is in the area; give another one"
-        ) from None
+        total = next((tag.get("v", "") for tag in tags if tag.get("k") == "total"), "")
+    except (ElementTree.ParseError, ValueError, LookupError):
+        total = ""
+    if not _NUMBER.fullmatch(total):
+        raise InputError(f"{path} does not say how much there is in the area")
+    return int(total)
 
 
 def _quarters(box: Box) -> list[Box]:

@@ -1,15 +1,11 @@
-"""Windows of elevation models: read over the network or from a file, and put together. All that knows rasterio here.
+"""Windows of elevation models: read from a server or from a file, and put together. All that knows rasterio here.
 
 Cells are neither resampled nor converted: what is written has the values of the model.
 """
 
 from __future__ import annotations
 
-import contextlib
-import logging
-import ssl
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -19,10 +15,11 @@ import numpy.typing as npt
 
 from osm2xodr import defaults
 from osm2xodr.errors import InputError
-from osm2xodr.fetching.defaults import LEAST_RATE, USER_AGENT
 from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.place import Box
+from osm2xodr.fetching.remote import RemoteFile
 from osm2xodr.projection import WGS84
+from osm2xodr.system import gdal, raster_errors
 
 # Cells beyond the area on each side, for interpolation and for the noise estimate at the border; a choice. More of
 # coarse ones are of use.
@@ -65,68 +62,60 @@ class RasterError(Exception):
     """A file is no raster, or cannot be read to its end."""
 
 
-@contextlib.contextmanager
-def gdal(patience: float) -> Iterator[Any]:
-    """Yield rasterio, with GDAL silent, polite, and asking for nothing but the file itself."""
-    import rasterio
-    import rasterio.warp
-    import rasterio.windows
-
-    logger = logging.getLogger("rasterio")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
-    # What requests are made for, with which name; nothing is remembered of files that may have changed since.
-    settings = {
-        "GDAL_NUM_THREADS": "1",
-        "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
-        "GDAL_PAM_ENABLED": "NO",
-        "GDAL_HTTP_USERAGENT": USER_AGENT,
-        "GDAL_HTTP_CONNECTTIMEOUT": f"{max(1, round(patience))}",
-        "GDAL_HTTP_LOW_SPEED_TIME": f"{max(1, round(patience))}",
-        "GDAL_HTTP_LOW_SPEED_LIMIT": f"{LEAST_RATE:.0f}",
-        "GDAL_HTTP_MAX_RETRY": "0",
-        "GDAL_HTTP_MULTIRANGE": "SERIAL",
-        "GDAL_HTTP_NETRC": "NO",
-        "CPL_VSIL_CURL_NON_CACHED": "/vsicurl/",
-        "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": None,
-    }
-    # GDAL trusts whom Python trusts; versions of it differ in the name.
-    settings["GDAL_CURL_CA_BUNDLE"] = settings["CURL_CA_BUNDLE"] = ssl.get_default_verify_paths().cafile
-    try:
-        with warnings.catch_warnings(), rasterio.Env(**{key: value for key, value in settings.items() if value}):
-            warnings.simplefilter("ignore")
-            yield rasterio
-    finally:
-        logger.setLevel(level)
-
-
-def bounds_in(crs: str, box: Box, patience: float) -> Box:
+def bounds_in(crs: str, box: Box) -> Box:
     """Return the bounds of a box (west, south, east, north, degrees) in another coordinate reference system."""
-    with gdal(patience) as rasterio:
+    with gdal() as rasterio:
         try:
-            west, south, east, north = rasterio.warp.transform_bounds(WGS84, crs, *box, densify_pts=_SIDE_POINTS)
-        except (rasterio.errors.RasterioError, ValueError) as error:
+            west, south, east, north = _bounds(crs, box)
+        except raster_errors(rasterio) as error:
             raise InputError(f"crs {crs!r} of an elevation model is none ({error}); see docs/fetch.md") from None
     return west, south, east, north
 
 
-def read_window(name: str, box: Box, model: ElevationModel, patience: float) -> Raster | None:
-    """Return the part of a file, local or ``/vsicurl/``, in a box of degrees; None if it does not reach there.
+def _bounds(crs: Any, box: Box) -> Box:
+    import rasterio.warp
 
-    Raises `RasterError` if it cannot be read, and `InputError` if it can, but is of no use.
+    found: Box = rasterio.warp.transform_bounds(WGS84, crs, *box, densify_pts=_SIDE_POINTS)
+    return found
+
+
+def read_window(file: Path | RemoteFile, box: Box, model: ElevationModel) -> Raster | None:
+    """Return the part of a file in a box of degrees; None if it does not reach there.
+
+    Raises `RasterError` if it cannot be read, `InputError` if it can, but is of no use, and the fault of a server.
     """
-    with gdal(patience) as rasterio:
+    with gdal(GDAL_PAM_ENABLED="NO") as rasterio:
         try:
-            with rasterio.open(name, driver="GTiff") as dataset:
-                return _read(rasterio, dataset, box, model)
-        except (rasterio.errors.RasterioError, OSError, ValueError) as error:
+            with _opened(rasterio, file) as dataset:
+                found = _read(rasterio, dataset, box, model)
+        except raster_errors(rasterio) as error:
+            _raise_fault(file)
             raise RasterError(" ".join(str(error).split())) from error
+        except (InputError, SystemError):
+            # As what is wrong may look to those who have read only part of it.
+            _raise_fault(file)
+            raise
+    _raise_fault(file)
+    return found
+
+
+def _opened(rasterio: Any, file: Path | RemoteFile) -> Any:
+    if isinstance(file, Path):
+        return rasterio.open(file, driver="GTiff")
+    return rasterio.io.FilePath(file).open(driver="GTiff")
+
+
+def _raise_fault(file: Path | RemoteFile) -> None:
+    if isinstance(file, RemoteFile) and file.fault is not None:
+        raise file.fault
 
 
 def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raster | None:
     what = f"the file of {model.title}"
     if dataset.crs is None or dataset.count < 1 or dataset.transform.is_identity:
         raise InputError(f"{what} does not say where it lies; choose another model with --dem-model")
+    if dataset.tags(ns="OVERVIEWS"):
+        raise InputError(f"{what} names another file, which is not read; choose another model with --dem-model")
     rows, cols = dataset.block_shapes[0]
     if rows * cols * np.dtype(dataset.dtypes[0]).itemsize > _BLOCK_MAX:
         raise InputError(
@@ -135,7 +124,7 @@ def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raste
     a, b, _, d, e, _ = tuple(dataset.transform)[:6]
     if b or d or a <= 0.0 or e >= 0.0:
         raise InputError(f"{what} is not laid out from north to south; choose another model with --dem-model")
-    west, south, east, north = rasterio.warp.transform_bounds(WGS84, dataset.crs, *box, densify_pts=_SIDE_POINTS)
+    west, south, east, north = _bounds(dataset.crs, box)
     corners = [_cell_at(dataset.transform, *corner) for corner in ((west, north), (east, south))]
     margin = defaults.COARSE_MARGIN_CELLS if model.cell >= defaults.COARSE_CELL else _MARGIN_CELLS
     left, top = (int(np.floor(value)) - margin for value in corners[0])
@@ -241,11 +230,11 @@ def void_share(raster: Raster) -> float:
     return float(np.mean(_is_void(raster.cells, raster.nodata)))
 
 
-def packed(raster: Raster, description: str, attribution: str, patience: float) -> bytes:
+def packed(raster: Raster, description: str, attribution: str) -> bytes:
     """Return a raster as the bytes of a GeoTIFF, which says what it is and whom its data are owed."""
     rows, cols = raster.cells.shape
     predictor = 3 if raster.cells.dtype.kind == "f" else 2
-    with gdal(patience) as rasterio, rasterio.MemoryFile() as memory:
+    with gdal(GDAL_PAM_ENABLED="NO") as rasterio, rasterio.MemoryFile() as memory:
         with memory.open(
             driver="GTiff", width=cols, height=rows, count=1, dtype=raster.cells.dtype.name,
             crs=rasterio.crs.CRS.from_wkt(raster.crs), transform=raster.transform, nodata=raster.nodata,
@@ -259,9 +248,9 @@ def packed(raster: Raster, description: str, attribution: str, patience: float) 
         return bytes(memory.getbuffer())
 
 
-def unpacked(path: Path, patience: float) -> Raster:
+def unpacked(path: Path) -> Raster:
     """Return a raster that `packed` has made; `RasterError` if the file is damaged."""
-    with gdal(patience) as rasterio:
+    with gdal(GDAL_PAM_ENABLED="NO") as rasterio:
         try:
             with rasterio.open(path, driver="GTiff") as dataset:
                 return Raster(
@@ -273,5 +262,5 @@ def unpacked(path: Path, patience: float) -> Raster:
                     float(dataset.offsets[0]),
                     dataset.units[0] or "",
                 )
-        except (rasterio.errors.RasterioError, OSError, ValueError, TypeError) as error:
+        except raster_errors(rasterio) as error:
             raise RasterError(str(error)) from error

@@ -47,12 +47,21 @@ if TYPE_CHECKING:
         stage as stage,
         time_left as time_left,
     )
+    from osm2xodr.system.raster_library import (
+        DATA_OF_OTHERS as DATA_OF_OTHERS,
+        RASTER_DRIVERS as RASTER_DRIVERS,
+        VIRTUAL_DRIVER as VIRTUAL_DRIVER,
+        gdal as gdal,
+        library_environment as library_environment,
+        own_process as own_process,
+        raster_errors as raster_errors,
+    )
     from osm2xodr.system.signals import uninterrupted as uninterrupted
     from osm2xodr.system.streams import (
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
     )
-    from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT as ONE_THREAD_ENVIRONMENT, one_thread as one_thread
+    from osm2xodr.system.threads import one_thread as one_thread
     from osm2xodr.system.xml_text import xml_stream as xml_stream
 
 __getattr__ = lazy_exports(
@@ -74,6 +83,15 @@ __getattr__ = lazy_exports(
             "stream_to",
         ),
         "folders": ("FILES_KEY", "atomic_folder", "check_folder"),
+        "raster_library": (
+            "DATA_OF_OTHERS",
+            "RASTER_DRIVERS",
+            "VIRTUAL_DRIVER",
+            "gdal",
+            "library_environment",
+            "own_process",
+            "raster_errors",
+        ),
         "limits": (
             "ENDING_SIGNALS",
             "LEAST_MEMORY",
@@ -90,7 +108,7 @@ __getattr__ = lazy_exports(
         "progress": ("Progress", "advance", "shown", "stage", "time_left"),
         "signals": ("uninterrupted",),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
-        "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
+        "threads": ("one_thread",),
         "xml_text": ("xml_stream",),
     },
 )

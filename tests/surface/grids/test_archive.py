@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from pathlib import Path
 
@@ -110,3 +111,26 @@ def test_folders_and_patterns_are_files(tmp_path: Path) -> None:
     assert [path.name for path in expand([tmp_path / "*.tif", tmp_path])][:2] == ["b.tif", "a.ASC"]
     with pytest.raises(InputError, match=r"no file is called like .*\.hgt; check the pattern"):
         expand([f"{tmp_path}/*.hgt"])
+
+
+@pytest.mark.parametrize("beside", ["tile.prj", "tile.TFW", "tile.tif.msk", "tile.tif.aux.xml", "tile.aux"])
+def test_pipes_beside_a_raster_are_not_waited_for(beside: str, tmp_path: Path) -> None:
+    tile = slope(tmp_path)
+    os.mkfifo(tmp_path / beside)
+    with pytest.raises(InputError, match=rf"{beside}, which is read with it, is no regular file; remove it"):
+        heights(tile)
+
+
+def test_masks_beside_a_raster_hold(tmp_path: Path) -> None:
+    tile = slope(tmp_path)
+    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK="NO"), rasterio.open(tile, "r+") as dataset:
+        mask = np.ones(dataset.shape, bool)
+        mask[:, : dataset.width // 2] = False
+        dataset.write_mask(mask)
+    surface = read_surface((tile,), FRAME, X, X, SurfaceOptions(), Diagnostics())
+    assert surface.dems[0].voids > 0
+    with zipfile.ZipFile(tmp_path / "dem.zip", "w") as archive:
+        for path in (tile, tmp_path / "tile.tif.msk"):
+            archive.write(path, path.name)
+    packed = read_surface((tmp_path / "dem.zip",), FRAME, X, X, SurfaceOptions(), Diagnostics())
+    assert packed.dems[0].voids == surface.dems[0].voids

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 from dem_factory import BAVARIA, around, read, scatter, write_raster
 
 from osm2xodr.errors import InputError
-from osm2xodr.surface.grids.vrt import is_virtual
+from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 
 TRANSFORM, ROWS, COLS = around(BAVARIA, "EPSG:32632", 20.0)
 
@@ -96,3 +97,48 @@ def test_entities_and_broken_files_are_refused(tmp_path: Path) -> None:
 def test_files_that_refer_to_themselves_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="more than 8 deep"):
         read(virtual(tmp_path / "a.vrt", "a.vrt"), BAVARIA, *scatter())
+
+
+def test_what_gdal_would_read_in_another_way_is_refused(tmp_path: Path) -> None:
+    """It takes attributes for elements, and reads on in what other parsers pass over."""
+    source(tmp_path)
+    text = virtual(tmp_path / "a.vrt", "dem.tif").read_text()
+    other = "<SimpleSource><SourceFilename>/dev/zero</SourceFilename></SimpleSource>"
+    for name, changed in {
+        "attribute": text.replace("<SimpleSource>", '<SimpleSource SourceFilename="/dev/zero">'),
+        "namespace": text.replace("<SourceFilename", '<SourceFilename xmlns="x"').replace("dem.tif", "/dev/zero"),
+        "crs": text.replace("<SRS>EPSG:32632", "<SRS>/dev/zero"),
+        "option": text.replace(
+            "<SourceBand>", '<OpenOptions><OOI key="ROOT_PATH">/dev</OOI></OpenOptions><SourceBand>'
+        ),
+    }.items():
+        path = tmp_path / f"{name}.vrt"
+        path.write_text(changed)
+        with pytest.raises(InputError, match="only local rasters are read"):
+            read(path, BAVARIA, *scatter())
+    for name, passed in {"comment": f"<!--> {other} -->", "instruction": f"<?x ?><?y {other}?>"}.items():
+        path = tmp_path / f"{name}.vrt"
+        path.write_text(text.replace("</SimpleSource>", f"</SimpleSource>{passed}"))
+        assert read(path, BAVARIA, *scatter())[0].heights(*scatter())[0] == pytest.approx(42.0)
+    deep = tmp_path / "deep.vrt"
+    deep.write_text(text.replace("<SRS>", "<a>" * 100 + "</a>" * 100 + "<SRS>"))
+    with pytest.raises(InputError, match="too deep within each other"):
+        read(deep, BAVARIA, *scatter())
+
+
+def test_sources_are_regular_files_and_their_number_is_bounded(tmp_path: Path) -> None:
+    source(tmp_path)
+    os.mkfifo(tmp_path / "pipe.tif")
+    for name in ("pipe.tif", "."):
+        with pytest.raises(InputError, match="only local rasters are read"):
+            read(virtual(tmp_path / "a.vrt", name), BAVARIA, *scatter())
+    inner = virtual(tmp_path / "6.vrt", "dem.tif")
+    for level in range(5, 0, -1):
+        outer = virtual(tmp_path / f"{level}.vrt", inner.name)
+        text = outer.read_text()
+        begin, end = text.index("<SimpleSource>"), text.index("</VRTRasterBand>")
+        outer.write_text(text[:begin] + 10 * text[begin:end] + text[end:])
+        inner = outer
+    assert virtual_sources(tmp_path / "3.vrt") == [tmp_path / name for name in ("dem.tif", "6.vrt", "5.vrt", "4.vrt")]
+    with pytest.raises(InputError, match="refers to rasters more than 100,000 times"):
+        virtual_sources(tmp_path / "1.vrt")

@@ -20,7 +20,7 @@ from typing import Any, Final
 
 from osm2xodr import __version__
 from osm2xodr.batch.model import EMPTY
-from osm2xodr.system import ONE_THREAD_ENVIRONMENT
+from osm2xodr.system import library_environment
 
 # How the lines begin that the command line says errors and wrong usage in.
 _ERROR: Final = "osm2xodr: error: "
@@ -54,7 +54,8 @@ class Outcome:
 
 def area_environment() -> dict[str, str]:
     """Return the environment of the processes that convert areas."""
-    environment = {**os.environ, **ONE_THREAD_ENVIRONMENT, "PROJ_NETWORK": "OFF"}
+    environment = dict(os.environ)
+    library_environment(environment)
     # Dask sets it for its workers: memory goes back to the system with each array. Areas take a third longer then.
     environment.pop("MALLOC_TRIM_THRESHOLD_", None)
     return environment

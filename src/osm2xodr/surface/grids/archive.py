@@ -5,7 +5,10 @@ A raster in an archive has the path of the archive with its own behind it: ``dem
 
 from __future__ import annotations
 
+import functools
+import stat
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -26,14 +29,7 @@ def rasters_in(path: Path) -> list[Path]:
     """
     if path.suffix.lower() != _ARCHIVE or not path.is_file():
         return [path]
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = sorted(item.filename for item in archive.infolist() if not item.is_dir())
-    except OSError as error:
-        raise InputError(f"{path}: the archive cannot be read ({error.strerror}); check its permissions") from None
-    except (zipfile.BadZipFile, ValueError, NotImplementedError):
-        raise InputError(f"{path}: the archive is damaged or cut short; get it whole") from None
-    found = [name for name in members if Path(name).suffix.lower() in _RASTERS]
+    found = [name for name in sorted(_members(path)) if Path(name).suffix.lower() in _RASTERS]
     if not found:
         known = ", ".join(_RASTERS)
         raise InputError(
@@ -44,6 +40,48 @@ def rasters_in(path: Path) -> list[Path]:
             f"{path}: there are {len(found):,} rasters in the archive; unpack it, and name those you need"
         )
     return [path / name for name in found]
+
+
+def _members(path: Path) -> frozenset[str]:
+    """Return the names of the files in an archive."""
+    try:
+        of = path.stat()
+        return _members_of(path, of.st_mtime_ns, of.st_size)
+    except OSError as error:
+        raise InputError(f"{path}: the archive cannot be read ({error.strerror}); check its permissions") from None
+    except (zipfile.BadZipFile, ValueError, NotImplementedError):
+        raise InputError(f"{path}: the archive is damaged or cut short; get it whole") from None
+
+
+@functools.lru_cache(maxsize=4)
+def _members_of(path: Path, changed: int, size: int) -> frozenset[str]:
+    """Return what `_members` does; it is asked for each raster of an archive."""
+    with zipfile.ZipFile(path) as archive:
+        return frozenset(item.filename for item in archive.infolist() if not item.is_dir())
+
+
+def beside(path: Path, names: Iterable[str]) -> list[Path]:
+    """Return the files of some names that lie beside a raster, on disk or in its archive.
+
+    `InputError` if one is no regular file: whoever reads it may wait for ever.
+    """
+    archive = archive_of(path)
+    paths = [path.with_name(name) for name in names]
+    if archive is not None:
+        members = _members(archive)
+        return [item for item in paths if item.relative_to(archive).as_posix() in members]
+    return [item for item in paths if _is_regular(path, item)]
+
+
+def _is_regular(path: Path, beside: Path) -> bool:
+    """Whether there is a regular file beside a raster."""
+    try:
+        mode = beside.stat().st_mode
+    except OSError:
+        return False
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise InputError(f"{path}: {beside.name}, which is read with it, is no regular file; remove it")
+    return stat.S_ISREG(mode)
 
 
 def archive_of(path: Path) -> Path | None:

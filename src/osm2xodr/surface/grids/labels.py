@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -14,6 +15,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.projection import transformer_from
 from osm2xodr.surface.grids.colours import Encoding, encoding_of
 from osm2xodr.surface.grids.vertical_crs import horizontal_crs, metres_per, vertical_unit
+from osm2xodr.system import DATA_OF_OTHERS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +55,9 @@ def unstated(crs: str | None, unit: str | None, encoding: str | None = None) -> 
 def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:
     """Return the CRS of a raster, including that of its heights if any."""
     remedy = "assign the right one, for example with gdal_edit.py -a_srs EPSG:4326"
+    if others := [name for name in DATA_OF_OTHERS if name in os.environ]:
+        # In programs that use the library; commands do without these.
+        remedy = f"unset {' and '.join(others)}, which may lead to the database of another version, or {remedy}"
     if dataset.crs is None and known.crs is None:
         name = "name it with --dem-crs, such as --dem-crs EPSG:25832"
         raise InputError(f"{path}: the raster has no coordinate reference system; {name}")

@@ -1,12 +1,10 @@
-"""Reading elevation models. The only module that imports rasterio, and only when a file is read."""
+"""Reading elevation models."""
 
 from __future__ import annotations
 
-import logging
 import re
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -18,14 +16,15 @@ from pyproj import CRS, Transformer
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
-from osm2xodr.surface.grids.archive import archive_of, gdal_name
+from osm2xodr.surface.grids.archive import archive_of, beside, gdal_name
 from osm2xodr.surface.grids.colours import Encoding, codes, likely_encoding
 from osm2xodr.surface.grids.grid import Affine, GridFrame
 from osm2xodr.surface.grids.interpolation import Cells, empty_cells
 from osm2xodr.surface.grids.labels import AS_STATED, Unstated, crs_of, unit_of
 from osm2xodr.surface.grids.surface_type import named_cover
 from osm2xodr.surface.grids.vertical_crs import heights_of, horizontal_crs
-from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
+from osm2xodr.surface.grids.vrt import is_virtual, read_virtual, virtual_sources
+from osm2xodr.system import RASTER_DRIVERS, VIRTUAL_DRIVER, gdal, raster_errors
 
 # Largest block of cells that is unpacked as a whole, bytes; usual blocks have up to a few MB.
 _BLOCK_MAX: Final = 2**28
@@ -36,12 +35,13 @@ _HEIGHT_MAX: Final = 9000.0
 _HEIGHT_MIN: Final = -450.0
 _SENTINELS: Final = (-32768.0, -32767.0, -9999.0, -99999.0, -999999.0)
 
-# Formats with cells in local files. Others (web services, databases, archives) are not tried.
-_DRIVERS: Final = (
-    "GTiff", "VRT", "SRTMHGT", "AAIGrid", "EHdr", "ENVI", "HFA", "DTED", "USGSDEM", "BT", "SAGA", "RRASTER", "XYZ",
-    "GS7BG", "GSBG", "GSAG", "netCDF", "JP2OpenJPEG", "PNG", "JPEG",
-)  # fmt: skip
 _NETWORK: Final = re.compile(r"^/vsi\w+(/|$)|^[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
+# What GDAL opens as a raster where it lies beside one: masks and overviews. What it reads there as text, by endings
+# that take the place of the raster's own: positions, coordinate reference systems, headers, descriptions.
+_RASTERS_BESIDE: Final = (".msk", ".MSK", ".ovr", ".OVR")
+_TEXTS_BESIDE: Final = (
+    *(".aux", ".clr", ".hdr", ".imd", ".prj", ".rpb", ".stx", ".tab", ".tfw", ".tifw", ".wld", ".xml"),
+)
 # Cells that are read at a time, to bound memory.
 _STRIP_CELLS: Final = 2**22
 # Edge of the sample of a further band that tells whether it is the same everywhere, cells.
@@ -97,43 +97,17 @@ class DemSource:
 
 
 @contextmanager
-def _gdal() -> Iterator[Any]:
-    """Yield rasterio, with GDAL silent, offline, single-threaded and with a small cache."""
-    # Takes a third of a second to load, which only users of elevation models should pay.
-    import rasterio
-    import rasterio.windows
-
-    # GDAL's messages would reach standard error through Python's logging; our errors replace them.
-    logger = logging.getLogger("rasterio")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
-    try:
-        with (
-            warnings.catch_warnings(),
-            rasterio.Env(
-                GDAL_NUM_THREADS="1",
-                GDAL_CACHEMAX=64,
-                GDAL_VRT_ENABLE_PYTHON="NO",
-                CPL_VSIL_CURL_ALLOWED_EXTENSIONS="{no file at all}",
-                GTIFF_REPORT_COMPD_CS="YES",
-                GTIFF_POINT_GEO_IGNORE="NO",
-            ),
-        ):
-            warnings.simplefilter("ignore")
-            yield rasterio
-    finally:
-        logger.setLevel(level)
-
-
-def _open(rasterio: Any, path: Path) -> Any:
-    """Open a raster with the first driver that accepts it."""
-    name = gdal_name(path)
-    for driver in _DRIVERS[:-1]:
-        try:
-            return rasterio.open(name, driver=driver)
-        except rasterio.errors.RasterioIOError:
-            continue
-    return rasterio.open(name, driver=_DRIVERS[-1])
+def _opened(rasterio: Any, path: Path, drivers: Sequence[str] | None = None) -> Iterator[Any]:
+    """Open a raster with the first of some drivers that accepts it; of all, where none is given, and on disk VRT."""
+    with ExitStack() as stack:
+        name = gdal_name(path)
+        if drivers is None and archive_of(path) is None and is_virtual(path):
+            drivers, names = (VIRTUAL_DRIVER,), dict[Path, str]()
+            for virtual in read_virtual(path):
+                memory = stack.enter_context(rasterio.MemoryFile(virtual.text(names), ext=".vrt"))
+                names[virtual.path] = name = memory.name
+        # Other than `rasterio.open` it takes several drivers, and no name for anything but a file.
+        yield stack.enter_context(rasterio.io.DatasetReader(name, driver=list(drivers or RASTER_DRIVERS)))
 
 
 def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STATED) -> DemSource:
@@ -143,12 +117,15 @@ def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STAT
     `InputError` if it is not an existing local file, not a raster, an image, or without CRS or position.
     """
     _check_path(path)
-    with _gdal() as rasterio:
+    with gdal() as rasterio:
         try:
-            with _open(rasterio, path) as dataset:
+            sources = _sources(path)
+            for source in sources:
+                _check_texts(source)
+            with _opened(rasterio, path) as dataset:
+                _check_parts(rasterio, path, dataset, sources)
                 encoding = _encoding(path, dataset, known)
                 _check_bands(path, dataset, encoding, diagnostics)
-                _check_blocks(rasterio, path, dataset)
                 crs = crs_of(path, dataset, known)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
                 if not _is_placed(dataset, crs):
@@ -168,7 +145,7 @@ def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STAT
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
                     heights_of(crs), named_cover(path.name, _descriptions(dataset)), _attribution(dataset),
                 )  # fmt: skip
-        except (rasterio.errors.RasterioError, OSError, ValueError):
+        except raster_errors(rasterio):
             raise InputError(f"{path}: {_unreadable(path)}") from None
 
 
@@ -190,9 +167,9 @@ def read_heights(
     heights = empty_cells(frame.rows, frame.cols, single)
     strip = max(1, _STRIP_CELLS // (frame.cols * block * block))
     sentinels: dict[float, int] = {}
-    with _gdal() as rasterio:
+    with gdal() as rasterio:
         try:
-            with _open(rasterio, source.path) as dataset:
+            with _opened(rasterio, source.path) as dataset:
                 for row in range(0, frame.rows, strip):
                     count = min(strip, frame.rows - row)
                     place = first_col, first_row + row * block, frame.cols * block, count * block
@@ -202,7 +179,7 @@ def read_heights(
                     heights[row : row + count] = _block_means(_metres(source, raw, sentinels), block)
                 place = first_col, first_row, frame.cols * block, frame.rows * block
                 _report_constant(source, dataset, rasterio.windows.Window(*place), heights, diagnostics)
-        except (rasterio.errors.RasterioError, OSError, ValueError):
+        except raster_errors(rasterio):
             virtual = source.driver == "VRT"
             why = "refers to a file that is missing or damaged" if virtual else "is damaged or cut short"
             raise InputError(f"{source.path}: the raster {why}, its cells cannot be read; get it whole") from None
@@ -279,8 +256,7 @@ def _check_path(path: Path) -> None:
         remedy = "give the raster itself"
         raise InputError(f"{path}: an elevation model is one file; {remedy}")
     try:
-        if is_virtual(path):
-            virtual_sources(path)
+        path.open("rb").close()
     except OSError as error:
         why = f"cannot be opened ({error.strerror}); check its permissions"
         raise InputError(f"{path}: the elevation model {why}") from None
@@ -343,17 +319,59 @@ def _is_placed(dataset: Any, crs: CRS) -> bool:
     return bool(max(map(abs, (f, f + across, f + down, f + across + down))) <= 90.0 + min(abs(d) + abs(e), 1.0))
 
 
-def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
-    """Refuse files, and sources of virtual rasters, with blocks of cells too large to be unpacked."""
-    rows, cols = dataset.block_shapes[0]
-    size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
-    if size > _BLOCK_MAX:
+def _sources(path: Path) -> list[Path]:
+    """Return the rasters with cells that are read where a raster is: itself, or those behind a virtual one."""
+    if archive_of(path) is not None or not is_virtual(path):
+        return [path]
+    return [source for source in virtual_sources(path) if source.is_file() and not is_virtual(source)]
+
+
+def _check_texts(path: Path) -> None:
+    """Refuse what GDAL would read with a raster, as soon as that is opened, and wait for."""
+    endings = (*_TEXTS_BESIDE, f"{path.suffix[:2]}{path.suffix[-1:]}w", f"{path.suffix}w")
+    stems = [path.stem + ending for ending in (*endings, *map(str.upper, endings))]
+    beside(path, [*stems, f"{path.name}.aux", f"{path.name}.AUX", f"{path.name}.aux.xml", f"{path.name}.xml"])
+
+
+def _check_parts(rasterio: Any, path: Path, dataset: Any, sources: Sequence[Path]) -> None:
+    """Refuse a raster that leads GDAL elsewhere, or whose blocks of cells are too large to be unpacked.
+
+    Looked at are the raster, or all sources of a virtual one, and what GDAL opens with each.
+    """
+    if dataset.driver != VIRTUAL_DRIVER:
+        _check_raster(rasterio, path, dataset)
+        return
+    _check_blocks(path, dataset)
+    for source in sources:
+        with _opened(rasterio, source) as part:
+            _check_raster(rasterio, source, part)
+
+
+def _check_raster(rasterio: Any, path: Path, dataset: Any) -> None:
+    """Refuse a raster that is no virtual one as `_check_parts` does."""
+    _check_blocks(path, dataset)
+    if dataset.tags(ns="OVERVIEWS"):
+        remedy = "make a copy without them with gdal_translate"
+        raise InputError(f"{path}: the raster names another file for its overviews, which is not read; {remedy}")
+    for part in beside(path, [path.name + ending for ending in _RASTERS_BESIDE]):
+        _check_texts(part)
+        try:
+            with _opened(rasterio, part, ("GTiff",)) as opened:
+                _check_raster(rasterio, part, opened)
+        except raster_errors(rasterio):
+            raise InputError(
+                f"{path}: {part.name}, which is read with it, is no GeoTIFF or damaged; remove it"
+            ) from None
+
+
+def _check_blocks(path: Path, dataset: Any) -> None:
+    """Refuse blocks of cells that are too large to be unpacked."""
+    for (rows, cols), dtype in zip(dataset.block_shapes, dataset.dtypes, strict=True):
+        size = rows * cols * np.dtype(dtype).itemsize
+        if size <= _BLOCK_MAX:
+            continue
         remedy = "pack it in tiles with gdal_translate -co TILED=YES"
         raise InputError(f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB; {remedy}")
-    for name in dataset.files if dataset.driver == "VRT" else ():
-        if Path(name).is_file() and not path.samefile(name):
-            with _open(rasterio, Path(name)) as source:
-                _check_blocks(rasterio, Path(name), source)
 
 
 def _attribution(dataset: Any) -> str:

@@ -1,0 +1,104 @@
+"""GDAL and PROJ as this program uses them: with the data of their own packages, offline and silent."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import warnings
+from collections.abc import Iterator, MutableMapping
+from contextlib import contextmanager
+from typing import Any, Final
+
+from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT
+
+# Formats with cells in local files. Others (web services, databases, archives) are not tried.
+RASTER_DRIVERS: Final = (
+    "GTiff", "SRTMHGT", "AAIGrid", "EHdr", "ENVI", "HFA", "DTED", "USGSDEM", "BT", "SAGA", "RRASTER", "XYZ",
+    "GS7BG", "GSBG", "GSAG", "netCDF", "JP2OpenJPEG", "PNG", "JPEG",
+)  # fmt: skip
+VIRTUAL_DRIVER: Final = "VRT"
+# What other programs (conda, QGIS, OSGeo4W, SUMO) set, which leads to data, plug-ins and settings of other versions.
+DATA_OF_OTHERS: Final = ("PROJ_DATA", "PROJ_LIB")
+_SETTINGS_OF_OTHERS: Final = ("GDAL_", "OGR_", "OSR_", "CPL_", "VSI_", "GTIFF_", "VRT_")
+
+
+class _Process:
+    """Whether the process is this program's own, and how much of GDAL has been taken away in it."""
+
+    own = False
+    bare = False
+
+
+def library_environment(environment: MutableMapping[str, str]) -> None:
+    """Make an environment one in which libraries use their own data, one thread, and no network."""
+    for name in tuple(environment):
+        if name in DATA_OF_OTHERS or name.startswith(_SETTINGS_OF_OTHERS):
+            del environment[name]
+    # Where no file of settings is named, GDAL reads those of the system and of the user.
+    environment.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF", GDAL_CONFIG_FILE=os.devnull)
+
+
+def own_process() -> None:
+    """Say that the process is the command's: no other part of it uses GDAL, whose other drivers are taken away."""
+    library_environment(os.environ)
+    _Process.own = True
+
+
+@contextmanager
+def gdal(**settings: str) -> Iterator[Any]:
+    """Yield rasterio, with GDAL silent, offline, single-threaded, with a small cache, and further settings.
+
+    It lists no folders. In a command (`own_process`) it has no drivers but those of `RASTER_DRIVERS` and for virtual
+    rasters, so that nothing it opens by itself can be anything else. A program that uses the library keeps its own.
+    """
+    # Takes a third of a second to load, which only users of elevation models should pay.
+    import rasterio
+    import rasterio.windows
+
+    # GDAL's messages would reach standard error through Python's logging; our errors replace them.
+    logger = logging.getLogger("rasterio")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        with (
+            warnings.catch_warnings(),
+            rasterio.Env(
+                GDAL_NUM_THREADS="1",
+                GDAL_CACHEMAX=64,
+                GDAL_DISABLE_READDIR_ON_OPEN="TRUE",
+                GDAL_VRT_ENABLE_PYTHON="NO",
+                # Sources are checked before; GDAL would allow only those beside a virtual raster.
+                GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE="ALL",
+                CPL_VSIL_CURL_ALLOWED_EXTENSIONS="{no file at all}",
+                GTIFF_REPORT_COMPD_CS="YES",
+                GTIFF_POINT_GEO_IGNORE="NO",
+                **settings,
+            ),
+        ):
+            if _Process.own and not _Process.bare:
+                _remove_drivers(rasterio)
+            warnings.simplefilter("ignore")
+            yield rasterio
+    finally:
+        logger.setLevel(level)
+
+
+def raster_errors(rasterio: Any) -> tuple[type[Exception], ...]:
+    """Return what rasterio raises where a raster cannot be read."""
+    return rasterio.errors.RasterioError, rasterio._err.CPLE_BaseError, OSError, ValueError, TypeError
+
+
+def _remove_drivers(rasterio: Any) -> None:
+    """Take away all drivers that are not meant; GDAL's own list of drivers to skip is too late once it has begun."""
+    # A name is looked up in the module and all that it is linked with.
+    library = ctypes.CDLL(rasterio._env.__file__)
+    get, name, remove = library.GDALGetDriver, library.GDALGetDriverShortName, library.GDALDeregisterDriver
+    get.restype, get.argtypes = ctypes.c_void_p, [ctypes.c_int]
+    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.c_void_p]
+    remove.restype, remove.argtypes = None, [ctypes.c_void_p]
+    kept = {*RASTER_DRIVERS, VIRTUAL_DRIVER}
+    for driver in [get(number) for number in range(library.GDALGetDriverCount())]:
+        if name(driver).decode() not in kept:
+            remove(driver)
+    _Process.bare = True
