@@ -180,7 +180,7 @@ def test_no_redirect_leads_to_an_open_connection(
 
 
 @pytest.mark.parametrize(
-    "target", ["http://[::1", "http://a..b/", "http://a:99999/", "http://a:x/", "\x1b[2J://x", "//"]
+    "target", ["http://[::1", "http://a..b/", "http://a:99999/", "http://a:x/", "http://\x1b[2J/"]
 )
 def test_redirects_to_what_is_no_address(server: WebServer, patient: Patient, target: str) -> None:
     url = server.serve("/old", Reply(status=302, headers={"Location": target}))

@@ -97,7 +97,8 @@ def _remove_drivers(rasterio: Any) -> None:
     get.restype, get.argtypes = ctypes.c_void_p, [ctypes.c_int]
     name.restype, name.argtypes = ctypes.c_char_p, [ctypes.c_void_p]
     remove.restype, remove.argtypes = None, [ctypes.c_void_p]
-    kept = {*RASTER_DRIVERS, VIRTUAL_DRIVER}
+    # Virtual rasters that are warped, and copies that GDAL makes, lie in memory.
+    kept = {*RASTER_DRIVERS, VIRTUAL_DRIVER, "MEM"}
     for driver in [get(number) for number in range(library.GDALGetDriverCount())]:
         if name(driver).decode() not in kept:
             remove(driver)

@@ -66,11 +66,11 @@ def beside(path: Path, names: Iterable[str]) -> list[Path]:
     `InputError` if one is no regular file: whoever reads it may wait for ever.
     """
     archive = archive_of(path)
-    paths = [path.with_name(name) for name in names]
-    if archive is not None:
-        members = _members(archive)
-        return [item for item in paths if item.relative_to(archive).as_posix() in members]
-    return [item for item in paths if _is_regular(path, item)]
+    if archive is None:
+        return [item for item in map(path.with_name, names) if _is_regular(path, item)]
+    folder, members = path.parent.relative_to(archive).as_posix(), _members(archive)
+    within = "" if folder == "." else f"{folder}/"
+    return [path.with_name(name) for name in names if within + name in members]
 
 
 def _is_regular(path: Path, beside: Path) -> bool:

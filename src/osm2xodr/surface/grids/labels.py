@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,7 +63,7 @@ def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:
         name = "name it with --dem-crs, such as --dem-crs EPSG:25832"
         raise InputError(f"{path}: the raster has no coordinate reference system; {name}")
     try:
-        crs = known.crs if dataset.crs is None and known.crs is not None else CRS.from_wkt(dataset.crs.to_wkt())
+        crs = known.crs if dataset.crs is None and known.crs is not None else _parsed(dataset.crs.to_wkt())
         placed = crs.is_geographic or crs.is_projected or crs.is_compound
         if placed:
             # Raises an error for other planets and for impossible parameters.
@@ -77,6 +78,12 @@ def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:
         why = f"'{crs.name}' is not one on Earth; {remedy}"
         raise InputError(f"{path}: the raster's coordinate reference system {why}")
     return crs
+
+
+@functools.lru_cache(maxsize=32)
+def _parsed(wkt: str) -> CRS:
+    """Return the CRS of a text; tiles by the thousand have the same."""
+    return CRS.from_wkt(wkt)
 
 
 def unit_of(path: Path, dataset: Any, crs: CRS, known: Unstated, diagnostics: Diagnostics) -> tuple[str, float]:

@@ -5,6 +5,7 @@ Heights are converted to another datum only on request, and only with the best t
 
 from __future__ import annotations
 
+import functools
 import warnings
 from pathlib import Path
 from types import MappingProxyType
@@ -66,6 +67,7 @@ def vertical_unit(crs: CRS) -> tuple[str, float] | None:
     return (axes[0].unit_name, axes[0].unit_conversion_factor) if axes else None
 
 
+@functools.lru_cache(maxsize=32)
 def horizontal_crs(crs: CRS) -> CRS:
     """Return the CRS without its heights."""
     plain = next((part for part in crs.sub_crs_list if not part.is_vertical), crs) if crs.is_compound else crs
@@ -91,6 +93,7 @@ def parse_datum(text: str) -> CRS:
     return heights
 
 
+@functools.lru_cache(maxsize=32)
 def heights_of(crs: CRS) -> CRS | None:
     """Return the CRS of a CRS's heights: vertical, or geographic with ellipsoidal heights; None if it has none."""
     for part in crs.sub_crs_list if crs.is_compound else (crs,):
