@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from xodr_text import document, read_text, road
 
-from osm2xodr.shapes import forms
+from osm2xodr.shapes import forms, placed_objects
 
 WHITE = forms.WHITE
 
@@ -48,3 +51,27 @@ def test_marks_are_lines_beside_a_border() -> None:
     # A kerb is grey whatever colour it has; grass is not painted.
     assert forms.mark_pattern("curb", 1, WHITE) == [(0.0, False, "#8c8a84")]
     assert forms.mark_pattern("grass", 1, WHITE) == forms.mark_pattern("none", 0, WHITE) == []
+
+
+@pytest.mark.parametrize(
+    ("attributes", "outlined"),
+    [
+        ('type="-1"', True),
+        ("", True),
+        ('type="none" height="0.0"', True),
+        ('type="-1" height="2.0"', False),
+        ('type="patch"', False),
+        ('type="van"', False),
+    ],
+)
+def test_flat_objects_of_unknown_type_are_outlined(tmp_path: Path, attributes: str, outlined: bool) -> None:
+    thing = f'<objects><object id="1" s="50" t="0" length="4" width="2" {attributes}/></objects>'
+    text = document(road().replace("</road>", f"{thing}</road>"))
+    (placed,) = placed_objects(read_text(tmp_path, text))
+    found = list(forms.forms_of(placed))
+    assert forms.is_decal(placed) == outlined
+    if outlined:
+        assert {type(form) for form in found} == {forms.Stroke}
+        assert len(found) == 4
+    else:
+        assert {type(form) for form in found} == {forms.Area}

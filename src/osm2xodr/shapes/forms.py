@@ -82,6 +82,17 @@ _LAYERS: Final = {
     "pole": 5,
 }
 _OTHER_LAYER: Final = 2
+# Flat objects of a type that OpenDRIVE does not know, such as the stains and cracks that RoadRunner writes with type
+# -1, lie below all paint: only their outline is drawn, of this colour and width, m, or they would hide lanes.
+_DECAL_LAYER: Final = -1
+DECAL_COLOUR: Final = "#a39d92"
+_DECAL_WIDTH: Final = 0.06
+# What is lower is flat, m.
+_FLAT: Final = 0.05
+# Types of objects (OpenDRIVE 1.8, e_objectType) that have neither a colour nor a layer here.
+_FURTHER_TYPES: Final = frozenset(
+    {"bike", "bus", "car", "motorbike", "pedestrian", "trailer", "train", "tram", "van", "wind"}
+)
 # Bars of a crosswalk and the gaps between them, and of a give-way line, m.
 _BAR: Final = 0.5
 # Arrows: half the width of the shaft, and of the head, m; the head's share of the length.
@@ -157,7 +168,19 @@ def mark_pattern(name: str, style: int, colour: str) -> list[tuple[float, bool, 
 
 def in_layers(things: Iterable[PlacedObject]) -> list[PlacedObject]:
     """Return objects in the order in which they are drawn, the lowest layer first."""
-    return sorted(things, key=lambda thing: _LAYERS.get(type_of(thing), _OTHER_LAYER))
+    return sorted(things, key=_layer)
+
+
+def _layer(thing: PlacedObject) -> int:
+    return _DECAL_LAYER if is_decal(thing) else _LAYERS.get(type_of(thing), _OTHER_LAYER)
+
+
+def is_decal(thing: PlacedObject) -> bool:
+    """Whether an object is flat, and of a type that OpenDRIVE does not know."""
+    kind, item = type_of(thing), thing.item
+    known = kind in _FILLS or kind in _DISCS or kind in _LAYERS or kind in _FURTHER_TYPES
+    heights = (item.height, *(height for outline in item.outlines for _, _, _, height in outline))
+    return not known and len(thing.corners) >= 3 and not any(height > _FLAT for height in heights)
 
 
 def type_of(thing: PlacedObject) -> str:
@@ -167,7 +190,7 @@ def type_of(thing: PlacedObject) -> str:
 
 def is_painted(thing: PlacedObject) -> bool:
     """Whether an object is flat on the road."""
-    return _LAYERS.get(type_of(thing), _OTHER_LAYER) < _OTHER_LAYER
+    return _layer(thing) < _OTHER_LAYER
 
 
 def forms_of(thing: PlacedObject) -> Iterator[Form]:
@@ -177,6 +200,10 @@ def forms_of(thing: PlacedObject) -> Iterator[Form]:
         colour, radius, least = _DISCS.get(kind, _OTHER_DISC)
         own = thing.item.radius if kind in _DISCS and thing.item.radius > 0.0 else radius
         yield Disc(thing.x, thing.y, own, least, colour)
+    elif is_decal(thing):
+        corners = _open(thing.corners)
+        for edge in zip(corners, [*corners[1:], corners[0]], strict=True):
+            yield Stroke(list(edge), DECAL_COLOUR, _DECAL_WIDTH)
     elif kind == "crosswalk":
         yield from _crosswalk(thing, subtype)
     elif kind == "roadMark":

@@ -23,8 +23,8 @@ from osm2xodr.errors import OutputError
 
 # How often a lock is tried that another process holds, where the system cannot wait for it, s.
 _LOCK_CHECK: Final = 0.2
-# Digits that any whole number of 64 bits has room for.
-_DIGITS: Final = 18
+# Digits of the largest whole number of 64 bits, such as times in ns have today.
+_DIGITS: Final = 19
 
 
 class ByteSink(Protocol):

@@ -114,14 +114,11 @@ def make_report(
     rows, sentence = tables.findings(subject, result)
     errors = tables.accuracy(subject, [path.name for path in options.dem])
     cover = tables.coverage(subject)
-    heights = subject.scene.z[np.isfinite(subject.scene.z)]
     headline = _headline(subject, options, diagnostics)
     headline["figures"] += tables.verdict(errors, cover, result)
     info = {
         **headline,
         **page_info(subject, modes),
-        # What roads are coloured by at first: their height, unless the network is level.
-        "first_mode": "height" if len(heights) and float(np.ptp(heights)) > 1.0 else "type",
         "contents": contents,
         "findings": rows,
         "checked": sentence,

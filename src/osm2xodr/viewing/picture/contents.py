@@ -14,7 +14,7 @@ from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
-from osm2xodr.shapes import FURNITURE_FROM, MARKS_FROM
+from osm2xodr.shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM
 from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of
@@ -72,6 +72,7 @@ class Picture:
     bar: float  # Length of the scale bar, m
     title: str  # Name of the file
     credits: list[str]  # Lines that say whose data it is made of
+    decals: bool = False  # Whether outlines of flat objects of unknown type are among the shapes
     hatched: bool = False  # Whether roads are hatched because their heights were not measured
 
     @property
@@ -130,6 +131,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
         lines,
+        any(isinstance(shape, Line) and shape.colour == DECAL_COLOUR for layer in layers for shape in layer),
         bool(np.any(np.diff(unmeasured(file).start)[scene.strip_road] > 0)),
     )
 

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.shapes import DECAL_COLOUR
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.modes import Categories
 from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture
@@ -14,8 +15,9 @@ from osm2xodr.viewing.picture.shapes import HATCHING, INK, PAPER, SOFT, Polygon
 
 # Width of a letter as a share of its size: rather too wide, so that texts do not overlap.
 _LETTER: Final = 0.6
-# What red strokes across roads mean.
+# What red strokes across roads mean, and outlines of things that are flat on them.
 _HATCHED: Final = "hatched: height not measured"
+_DECALS: Final = "outlined: other objects"
 # Boxes that a ramp is drawn with.
 _STEPS: Final = 64
 
@@ -61,9 +63,10 @@ def legend(picture: Picture) -> list[Text | Polygon]:
     title = Text(picture.mode.title, edge, top + 0.6 * band, size, bold=True)
     items.append(title)
     begin = edge + _LETTER * size * (len(title.text) + 2)
-    if picture.hatched:
-        room -= _LETTER * size * (len(_HATCHED) + 2)
-        items.append(Text(_HATCHED, room + size, top + 0.6 * band, size, colour=HATCHING))
+    notes = [(_HATCHED, HATCHING)] * picture.hatched + [(_DECALS, DECAL_COLOUR)] * picture.decals
+    for text, colour in notes:
+        room -= _LETTER * size * (len(text) + 2)
+        items.append(Text(text, room + size, top + 0.6 * band, size, colour=colour))
     scale = picture.mode.scale
     if isinstance(scale, Ramp):
         return items + _ramp(scale, picture.mode.digits, begin, min(room - begin, 22 * size), top, band, size)

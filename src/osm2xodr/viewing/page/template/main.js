@@ -9,7 +9,7 @@ async function start() {
   $("credits").title = info.credits;
   // What roads look like in 3D unless a colour is chosen.
   const built = info.bodies.length ? builtMode(info) : null;
-  const state = { road: -1, signal: -1, pieces: [], route: null, ends: [], picking: false, mode: info.modes.find((mode) => mode.key === info.first_mode), view: "2d", scene: null };
+  const state = { road: -1, signal: -1, pieces: [], route: null, ends: [], picking: false, mode: info.modes[0], view: "2d", scene: null };
   const actions = {
     openRoad: (road, s, move) => openRoad(road, s, move),
     openFinding: (k) => openFinding(k),

@@ -190,10 +190,10 @@ class Panel {
         rows.push(el("tr", {}, el("td", { class: "n" }, id(data.laneId[lane])), el("td", {}, info.lane_types[data.laneType[lane]]),
           el("td", { class: "n" }, Math.abs(a - b) < 0.01 ? fix(a, 2) : `${fix(a, 2)} → ${fix(b, 2)}`),
           el("td", { class: "n" }, fix(data.laneSpeed[lane])),
-          el("td", { class: "n" }, `${id(data.lanePredecessor[lane])} / ${id(data.laneSuccessor[lane])}`)));
+          el("td", { class: "n" }, id(data.lanePredecessor[lane])), el("td", { class: "n" }, id(data.laneSuccessor[lane]))));
       }
     }
-    const head = ["id", "type", "width m", "km/h", "before / after"];
+    const head = ["id", "type", "width m", "km/h", "from lane", "to lane"];
     return el("table", {}, el("thead", {}, el("tr", {}, ...head.map((text, k) => el("th", { scope: "col", class: k === 1 ? "" : "n" }, text)))), el("tbody", {}, ...rows));
   }
 
