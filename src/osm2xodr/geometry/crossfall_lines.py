@@ -35,6 +35,7 @@ from osm2xodr.geometry.heights import (
     ProfileProblem,
     either_profile,
     end_poses,
+    fast_spans,
     hermite_cubics,
     one_way_fast_ends,
     only_curves,
@@ -47,6 +48,14 @@ from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray,
 # by this at most, rad. Choices: carriageways that part within 30 m; gores are far more acute.
 _MOST_TURN: Final = 0.35
 _MOST_ASKEW: Final = 0.5
+# At junctions with warped arms no lane turns by more than this, rad: a line from an arm back to itself has no length.
+_TURNS_ROUND: Final = 2.6
+# A lane beside the inside of a bend reaches this far toward the bend's middle, as a share of the radius.
+_MOST_FOLDED: Final = 0.75
+# Beside such a line a lane lies no farther off than at both ends by more than this, m.
+_MOST_APART: Final = 0.5
+# Widths of lanes across such a line change by at most this per metre. A choice: 1 in 5 is a funnel.
+_FASTEST_WIDENING: Final = 0.1
 # Least radius of these reference lines, m: lanes lie beside them, on either side. A choice.
 _LEAST_RADIUS: Final = 25.0
 # Rounds of Newton's method for places abreast of each other, which nearly straight curves reach at once.
@@ -126,23 +135,52 @@ class CrossfallLines:
         return CrossfallLines(self.row[at], plan, self.middle.chosen(keep), self.wider.chosen(keep))
 
 
-def find_crossfall_lines(problem: ProfileProblem, connecting: ConnectingRoads) -> tuple[BoolArray, CrossfallLines]:
-    """Return which junctions crossfall may run through, (J,), and the reference lines of their connecting roads.
+def find_crossfall_lines(
+    problem: ProfileProblem, connecting: ConnectingRoads, sloping: BoolArray
+) -> tuple[BoolArray, BoolArray, CrossfallLines]:
+    """Return which junctions crossfall may run through, which may have warped arms, (J,), and their reference lines.
 
-    All of their arms are built for speed and driven one way, and all lanes lead nearly straight on.
+    The lines are those of the connecting roads of these junctions. Crossfall runs through where all arms are built
+    for speed and driven one way, and all lanes lead nearly straight on; warped are arms of slower roads at the
+    junctions that are `sloping`, (J,).
     """
-    fits = _straight_junctions(problem, connecting)
-    row = np.flatnonzero(fits[connecting.junction])
+    carried = _straight_junctions(problem, connecting)
+    warped = _turning_junctions(problem, connecting) & sloping & ~carried
+    beside = connecting.beside_cars() | connecting.joins_cars
+    row = np.flatnonzero((carried | warped)[connecting.junction] & ~beside)
     lane = chosen_curves(connecting.plan_view, row)
     x, y, hdg = end_poses(problem)
-    hdg = hdg + np.where(one_way_fast_ends(problem) < 0, np.pi, 0.0)
-    entry, exit_ = connecting.entry[row], connecting.exit[row]
-    line = connect(x[entry], y[entry], hdg[entry], x[exit_], y[exit_], hdg[exit_])
+    entry, exit_, junction = connecting.entry[row], connecting.exit[row], connecting.junction[row]
+    at_start = np.arange(len(hdg)) % 2 == 0
+    leaving, arriving = hdg + np.where(at_start, np.pi, 0.0), hdg + np.where(at_start, 0.0, np.pi)
+    line = connect(x[entry], y[entry], leaving[entry], x[exit_], y[exit_], arriving[exit_])
     middle, wider = _lanes_beside(lane, line)
     askew = (wider.value * np.cos(_MOST_ASKEW) > 1.0) | (wider.value < 1.0)
-    fits[connecting.junction[row[wider.curve[askew]]]] = False
-    fits[connecting.junction[row[smallest_radius(line) < _LEAST_RADIUS]]] = False
-    return fits, CrossfallLines(row, line, middle, wider).chosen(fits[connecting.junction[row]])
+    half = 0.5 * np.maximum(connecting.entry_width, connecting.exit_width)[row][middle.curve]
+    bend = np.stack([_curvature(line, middle.curve, middle.s, before) for before in (True, False)])
+    folds = (bend * middle.value + np.abs(bend) * half > _MOST_FOLDED).any(axis=0)
+    lines = CrossfallLines(row, line, middle, wider)
+    ends = np.stack([middle.value[middle.start[:-1]], middle.value[middle.start[1:] - 1]])[:, middle.curve]
+    folds |= np.abs(middle.value - np.clip(middle.value, ends.min(axis=0), ends.max(axis=0))) > _MOST_APART
+    width = _lane_widths(lines, on_crossfall_lines(connecting, lines))
+    folds |= np.maximum(np.abs(width.before), np.abs(width.after)) > _FASTEST_WIDENING
+    carried[junction[middle.curve[askew]]] = warped[junction[middle.curve[askew | folds]]] = False
+    carried[junction[smallest_radius(line) < _LEAST_RADIUS]] = False
+    fits = (carried | warped)[junction]
+    return carried, warped, lines.chosen(fits)
+
+
+def _turning_junctions(problem: ProfileProblem, connecting: ConnectingRoads) -> BoolArray:
+    """Return the junctions without an arm that is built for speed, and without ways that turn round, (J,)."""
+    junction = problem.end_junction.ravel()
+    fits = np.zeros(len(problem.junction_xy), bool)
+    fits[connecting.junction] = True
+    fast = np.repeat(np.add.reduceat(fast_spans(problem), problem.span_start[:-1], dtype=np.int64) > 0, 2)
+    fits[junction[(junction >= 0) & fast]] = False
+    cars = np.flatnonzero(~(connecting.beside_cars() | connecting.joins_cars))
+    turn = np.abs(heading_change(connecting.plan_view, cars))
+    fits[connecting.junction[cars[(turn > _TURNS_ROUND) | (connecting.entry[cars] == connecting.exit[cars])]]] = False
+    return fits
 
 
 def _straight_junctions(problem: ProfileProblem, connecting: ConnectingRoads) -> BoolArray:

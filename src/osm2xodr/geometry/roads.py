@@ -22,6 +22,7 @@ from osm2xodr.geometry.heights import (
     ProfileProblem,
     ProfileSolution,
     connector_profiles,
+    sloping_junctions,
     solve_profiles,
 )
 from osm2xodr.geometry.junction_floor import ends_at_floor, floor_without, islands_of, lay_out_floor
@@ -188,8 +189,8 @@ def _find_heights(
     """Ask for the heights of all roads, and solve them."""
     found = Diagnostics()
     problem, borders = _pose_heights(network, plan, neighbourhood, options, found)
-    carried, lines = find_crossfall_lines(problem, plan.connecting)
-    problem = replace(problem, carried=carried)
+    carried, warped, lines = find_crossfall_lines(problem, plan.connecting, sloping_junctions(problem, surface))
+    problem = replace(problem, carried=carried, warped=warped)
     return _Heights(problem, solve_profiles(problem, surface, found, options, ground), lines, borders, found)
 
 

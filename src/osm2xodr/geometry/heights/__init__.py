@@ -15,6 +15,7 @@ from osm2xodr.geometry.heights.problem import (
     ProfileProblem,
     ProfileSolution,
     curve_spans,
+    fast_spans,
     levels_at,
     one_way_fast_ends,
     parse_grade_limits,
@@ -23,6 +24,7 @@ from osm2xodr.geometry.heights.problem import (
 from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
 from osm2xodr.geometry.heights.records import either_profile, hermite_cubics, only_curves, spread_curves
 from osm2xodr.geometry.heights.report import tolerated_clearance, tolerated_grade
+from osm2xodr.geometry.heights.superelevation import sloping_junctions
 
 __all__ = [
     "ConnectorProblem",
@@ -39,12 +41,14 @@ __all__ = [
     "either_profile",
     "end_poses",
     "end_state",
+    "fast_spans",
     "ground_around",
     "hermite_cubics",
     "levels_at",
     "one_way_fast_ends",
     "only_curves",
     "parse_grade_limits",
+    "sloping_junctions",
     "solve_profiles",
     "spread_curves",
     "tolerated_clearance",

@@ -17,7 +17,7 @@ from typing import Final
 # 2008), streets of a few hundred.
 ROAD_FLEXIBILITY: Final = 5e-5
 FLEXIBILITY_FACTOR: Final = MappingProxyType(
-    {"motorway": 0.2, "trunk": 0.3}
+    {"motorway": 0.3, "trunk": 0.4}
     | dict.fromkeys(("motorway_link", "trunk_link", "primary", "primary_link"), 0.5)
     | dict.fromkeys(("secondary", "secondary_link"), 0.7)
 )
@@ -26,7 +26,7 @@ FLEXIBILITY_FACTOR: Final = MappingProxyType(
 # multiplied by the quotient to the power of RELIEF_SHARE. 1 would be a road that lies on the ground wherever it goes.
 # On coarsened models of real and of made-up rough places 0.35 to 0.5 does best.
 RELIEF_WAVE: Final = 0.025
-RELIEF_SHARE: Final = 0.4
+RELIEF_SHARE: Final = 0.6
 # Length over which a road's grade forgets itself, m, where the ground is estimated from coarse cells: what curvature
 # adds to the grade dies away over it, so that grades have the standard deviation (q L / 2)^1/2, 4 % on plains and
 # 10 % in hills. Little else holds short roads and dead ends. On coarsened models of real places 60 to 85 m do equally
@@ -96,9 +96,11 @@ JUNCTION_LENGTH: Final = 10.0
 INCLINE_SIGMA: Final = 0.02
 INCLINE_LENGTH: Final = 100.0
 INCLINE_MAX: Final = 0.35
-# ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
-# contour lines are good for 5 to 10 m).
-ELE_SIGMA: Final = 5.0
+# ``ele`` of a node is read off a map, a sign or a receiver: standard error, m, and the residual, in these, at which
+# it loses half of its weight, as datums differ and slips are common. Choices: signs of passes are good for 1 m,
+# receivers and contour lines for 5 to 10 m.
+ELE_SIGMA: Final = 2.5
+ELE_SCALE: Final = 6.0
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
 DUAL_CARRIAGEWAY_DISTANCE: Final = 25.0
 DUAL_CARRIAGEWAY_SIGMA: Final = 0.5
@@ -137,26 +139,41 @@ WALL_SLOPE: Final = 0.5
 # roads of a junction need room for what the plane's tilt adds to their grade.
 GRADE_SLACK: Final = 1.25
 GRADE_MAX: Final = 0.31
-JUNCTION_TILT_MAX: Final = 0.20
+# How far the ground gives way to limits, m: to those that readers and cars need, and to what the user knows, as if to
+# none; to the usual grade of a class where the ground itself is no steeper; to how roads twist at junctions by half a
+# standard error of the elevation model; to the level ends of arms that cannot be warped; to the deepest cut. Choices;
+# docs/method/heights.md says what they mean.
+FIRM_PUSH: Final = 50.0
+GRADE_PUSH: Final = 2.0
+USUAL_PUSH_SIGMAS: Final = 0.5
+LEVEL_ARM_PUSH: Final = 1.0
+CUT_AND_FILL_PUSH: Final = 3.0
+# Deepest cut and highest fill by class, m.
+CUT_AND_FILL_OTHER: Final = 2.0
+CUT_AND_FILL: Final = MappingProxyType(
+    dict.fromkeys(("motorway", "motorway_link", "trunk", "trunk_link"), 15.0)
+    | dict.fromkeys(("primary", "primary_link", "secondary", "secondary_link"), 6.0)
+    | dict.fromkeys(("tertiary", "tertiary_link"), 4.0)
+)
+CUT_AND_FILL_SIGMAS: Final = 1.0
+EARTHWORK_REACH: Final = 60.0
 # Largest vertical acceleration that heights give a car, m/s², at the speed limit, in bends at the speed with this
 # lateral acceleration, m/s². Choices: crests and sags are designed for 0.3 to 0.5 (AASHTO), which roads beside
 # contradictory data cannot have; 0.3 of the earth's is what drivers accept in bends.
 VERTICAL_ACCELERATION_MAX: Final = 2.5
 LATERAL_ACCELERATION: Final = 3.0
-# Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
-# one and a half times as steep in its middle.
-JUNCTION_STEP_MAX: Final = 0.15
-# Largest difference in height of two road ends at a junction whose edges touch, m; across a gap, the climb of such a
-# path over it is added, up to the gap across which connecting roads do not come to the same place at once, m.
-# Choices: both that meet there then give way by half of it.
+# Largest difference in height of two arms of a junction that come together as one carriageway, m. A choice: either
+# road gives way by half.
 JUNCTION_EDGE_STEP_MAX: Final = 0.06
-JUNCTION_EDGES_NEAR: Final = 1.5
-# Largest tilt of a junction's plane across its arms, rise per metre, and what it may lift the edge of an arm by, m.
-# Roads are level across: connecting roads have to twist by the tilt. 2.5 % is what drainage takes (RAL, AASHTO), 6 %
-# the steepest superelevation in towns (RASt 06, AASHTO for low speeds).
+# Largest tilt of a junction's plane across arms that are level, rise per metre, and what it may lift their edges by,
+# m. Connecting roads have to twist by the tilt. 2.5 % is what drainage takes (RAL, AASHTO), 6 % the steepest
+# superelevation in towns (RASt 06, AASHTO for low speeds). Arms that are warped take as much as streets are steep.
 FAST_CROSS_SLOPE_MAX: Final = 0.025
 CROSS_SLOPE_MAX: Final = 0.06
 CROSS_STEP_MAX: Final = 0.10
+WARP_MAX: Final = 0.30
+# Vertical acceleration that the run-off of a warped arm gives its outer lane, m/s²: of comfortable crests (AASHTO).
+WARP_ACCELERATION: Final = 0.5
 # How far the plane may be from the crossfall of carriageways that keep it at their junction. A choice: 0.5 cm over a
 # wide carriageway.
 CARRIED_CROSS_SLOPE_MAX: Final = 0.0005
@@ -182,9 +199,10 @@ CLEARANCE_TOLERANCE: Final = 0.3
 CLEARANCE_PUSH_SIGMAS: Final = 100.0
 CLEARANCE_PUSH_MIN: Final = 1.0
 CLEARANCE_PUSH_MAX: Final = 500.0
-# Largest force with which a tunnel that rises above the ground is pushed below it: that of measured heights which are
-# so much lower, m. A choice: it wins over tunnels below, which can go deeper, and loses to streets and junctions.
-TUNNEL_PUSH: Final = 10.0
+# Largest force with which a tunnel that rises above the ground is pushed below it, and a bridge that lies below it
+# above: that of measured heights which are so far off, m. A choice: it wins over tunnels below, which can go deeper,
+# and loses to streets and junctions.
+STRUCTURE_PUSH: Final = 10.0
 # Largest difference in height of carriageways that lie over each other right beside a node that they share, m, and
 # how far the ground is moved for it at most, m. Choices: they are one surface there.
 MEETING_STEP_MAX: Final = 0.1
@@ -202,8 +220,11 @@ CONNECTOR_END_REACH: Final = 12.0
 
 # Largest change of a connecting road's superelevation, rad/m, and between fast roads: one wheel of a car of 2.7 m by
 # 1.6 m leaves the plane of the others by 5 and 3 cm. Records may add a third.
-TWIST_MAX: Final = 0.012
+TWIST_MAX: Final = 0.015
 FAST_TWIST_MAX: Final = 0.007
+# Mean change of superelevation along a connecting road that turns between warped arms, rad/m. A choice: with 1.5
+# times that in the middle of a smooth step one wheel of a car leaves the plane of the others by 20 cm.
+TURNING_TWIST_MAX: Final = 0.033
 
 # ---------------------------------------------------------------- superelevation
 

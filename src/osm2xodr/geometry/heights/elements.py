@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import find_record, lengths, pose, ranks
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at, span_roads
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Weights (n, 4) of an element's degrees of freedom at u, (n,), of elements of length h, (n,), m
 Weights: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
@@ -220,23 +220,28 @@ def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
     """Give three unknowns (z, gx, gy) to each junction and two (z, g) to each other node and knot."""
     junctions, junction = len(problem.junction_xy), problem.end_junction.ravel()
     owner = _end_owners(problem)
-    owns = (junction < 0) & (owner == np.arange(len(owner)))
-    number = np.where(owns, np.cumsum(owns) - 1, -1)
+    owns = (owner == np.arange(len(owner))) & ~on_plane(problem)
+    number = np.cumsum(owns) - 1
     end_knot = elements.end_knots.ravel()
     inner_knots = np.setdiff1d(np.arange(len(elements.knot_s)), end_knot)
     first_free = 3 * junctions
     first_inner = first_free + 2 * int(owns.sum())
     size = first_inner + 2 * len(inner_knots)
 
-    column = first_inner + 2 * np.arange(len(inner_knots), dtype=np.int64)
-    one = np.ones(len(inner_knots))
-    entries = [(2 * inner_knots, column, one), (2 * inner_knots + 1, column + 1, one)]
-    plain = np.flatnonzero(junction < 0)
-    column = first_free + 2 * number[owner[plain]]
+    inner = first_inner + 2 * np.arange(len(inner_knots), dtype=np.int64)
+    # Where crossfall runs through a junction all arms lie on its plane.
+    free = np.flatnonzero(~on_plane(problem))
+    ends = first_free + 2 * number[owner[free]]
     # The grade along +s changes its sign where two starts or two ends touch.
-    sign = np.where((owner[plain] != plain) & ((owner[plain] - plain) % 2 == 0), -1.0, 1.0)
-    entries += [(2 * end_knot[plain], column, np.ones(len(plain))), (2 * end_knot[plain] + 1, column + 1, sign)]
-    entries += _plane_entries(problem, end_knot)
+    sign = np.where((owner != np.arange(len(owner))) & ((owner - np.arange(len(owner))) % 2 == 0), -1.0, 1.0)[free]
+    one = np.ones(len(inner_knots))
+    entries = [
+        (2 * inner_knots, inner, one),
+        (2 * inner_knots + 1, inner + 1, one),
+        (2 * end_knot[free], ends, np.ones(len(free))),
+        (2 * end_knot[free] + 1, ends + 1, sign),
+        *_plane_entries(problem, end_knot),
+    ]
     rows, cols, values = (np.concatenate(part) for part in zip(*entries, strict=True))
     to_knots = sp.coo_matrix((values, (rows, cols)), (2 * len(elements.knot_s), size)).tocsr()
     z_columns = np.r_[3 * np.arange(junctions), np.arange(first_free, size, 2)].astype(np.int64)
@@ -253,12 +258,18 @@ def _end_owners(problem: ProfileProblem) -> IntArray:
     return np.where(linked, np.minimum(ends, link), ends)
 
 
-def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[IntArray, IntArray, FloatArray]]:
-    """Return rows, columns and values by which road ends at junctions follow from the junctions' planes."""
+def on_plane(problem: ProfileProblem) -> BoolArray:
+    """Return the road ends that lie on the plane of their junction, (2 R,)."""
     junction = problem.end_junction.ravel()
-    on = np.flatnonzero(junction >= 0)
+    # Road ends at no junction, whose number is -1, have the last one.
+    return np.zeros(len(junction), bool) if problem.carried is None else np.append(problem.carried, False)[junction]
+
+
+def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[IntArray, IntArray, FloatArray]]:
+    """Return rows, columns and values by which road ends follow from the planes that they lie on."""
+    on = np.flatnonzero(on_plane(problem))
     x, y, hdg = (value[on] for value in end_poses(problem))
-    j, knot = junction[on], end_knot[on]
+    j, knot = problem.end_junction.ravel()[on], end_knot[on]
     return [
         (2 * knot, 3 * j, np.ones(len(on))),
         (2 * knot, 3 * j + 1, x - problem.junction_xy[j, 0]),

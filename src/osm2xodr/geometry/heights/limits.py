@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import pose, runs
+from osm2xodr.curves import lengths, pose, runs
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings, Order, lower_side
 from osm2xodr.geometry.heights.elements import (
@@ -19,10 +19,20 @@ from osm2xodr.geometry.heights.elements import (
     hermite_slope,
     rows_matrix,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_at, span_sides
+from osm2xodr.geometry.heights.observations import earthwork_samples
+from osm2xodr.geometry.heights.problem import (
+    ConnectorProblem,
+    ProfileProblem,
+    end_spans,
+    fast_spans,
+    span_at,
+    span_sides,
+)
 from osm2xodr.geometry.heights.readings import Reading
+from osm2xodr.geometry.heights.relief import ground_grades
 from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
+from osm2xodr.geometry.heights.superelevation.warp import longest_warp
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # How much stiffer a limit is than the road it bends. Stiffer ones take more steps to settle.
@@ -33,11 +43,6 @@ _FIRM_STIFFNESS_RATIO: Final = 240.0
 _CLEARANCE_SLACK: Final = 0.1
 # Layers are doubted where the clearance is less than this share of what it should be.
 _FAR_SHORT: Final = 0.5
-# Largest forces of the limits by class on grades and tilts, in moments that turn a road by 1: beyond them they yield.
-_GRADE_CAP: Final = 1.5
-_TILT_CAP: Final = 3.0
-_CROSS_SLOPE_CAP: Final = 6.0
-_NO_CAP: Final = np.inf
 # How much stiffer the limit across arms is where the plane is the surface of their carriageways.
 _CARRIED_STIFFER: Final = 1000.0
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
@@ -47,10 +52,7 @@ _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 _CURVATURE_LIMIT_AT: Final = (0.0, 1.0)
 # How far behind such an end, as shares of the element, cars may be faster than there: a bend or a limit ends there.
 _SPEED_AT: Final = (0.0, 0.1, 0.25, 0.5)
-# Directions, from 0 to less than pi, in which the tilt of a junction is limited.
-_TILT_DIRECTIONS: Final = 4
-# From the edge of a carriageway to the middle of its outer lane, and the shortest path between lanes of two arms, m.
-_EDGE_TO_LANE: Final = 1.6
+# The shortest path between lanes of two arms, m.
 _SHORTEST_PATH: Final = 0.4
 
 
@@ -114,13 +116,12 @@ def _within(
     rows: sp.csr_matrix,
     bound: FloatArray,
     stiffness: FloatArray,
-    cap: float,
-    ratio: float = _STIFFNESS_RATIO,
+    cap: FloatArray,
     about: FloatArray | float = 0.0,
 ) -> Limits:
-    """Return own bounds on how far values are from `about`; `cap` is the largest force in units of the stiffness."""
+    """Return own bounds on how far values are from `about`; `cap` is the largest force."""
     own = np.ones(len(bound), bool)
-    return Limits(rows, about - bound, about + bound, ratio * stiffness, cap * stiffness, own, *_nowhere(len(bound)))
+    return Limits(rows, about - bound, about + bound, stiffness, cap, own, *_nowhere(len(bound)))
 
 
 def _nowhere(count: int) -> tuple[IntArray, IntArray]:
@@ -128,17 +129,30 @@ def _nowhere(count: int) -> tuple[IntArray, IntArray]:
     return np.full(count, -1, np.int64), np.full(count, int(Order.FIRM), np.int64)
 
 
-def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limits]:
-    """Return the elastic limits by class, (E,), and the firm one for all, on grades of elements."""
+def limit_grades(
+    network: Network, reading: Reading, limit: FloatArray, known: BoolArray, beams: Beams
+) -> list[Limits]:
+    """Return the elastic limits by class, (E,), and the firm one for all, on grades of elements.
+
+    Where bare ground is steeper than a class usually is, streets are as well, but for those whose limits the user has
+    set: `known`, (E,).
+    """
     elements = network.elements
     u = np.tile(_FIRM_LIMIT_AT, len(elements.h))
     e = np.repeat(np.arange(len(elements.h), dtype=np.int64), len(_FIRM_LIMIT_AT))
     rows = network.in_unknowns(network.knot_rows(e, u, hermite_slope))
-    k = rotation_stiffness(beams.density, beams.flexibility)[e]
+    k = rotation_stiffness(beams.density, beams.flexibility)
+    # A force that is the same all along a slope moves the road at its ends alone, which carry it over this length.
+    lift = deflection_stiffness(beams.density, beams.flexibility) * elements.h
+    whole = beams.density * lengths(network.problem.plan_view)[elements.road] * elements.h
     inner = np.flatnonzero(np.isin(u, _CLASS_LIMIT_AT))
+    of, cap = e[inner], np.where(known, defaults.FIRM_PUSH, defaults.GRADE_PUSH) * lift / len(_CLASS_LIMIT_AT)
+    ground = np.where(known, 0.0, ground_grades(network, reading))
+    bound = np.maximum(defaults.GRADE_SLACK * limit, np.minimum(ground, defaults.GRADE_MAX))
+    firm = defaults.FIRM_PUSH * np.maximum(lift, whole) / len(_FIRM_LIMIT_AT)
     return [
-        _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
-        _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP, _FIRM_STIFFNESS_RATIO),
+        _within(rows[inner], bound[of], _STIFFNESS_RATIO * k[of], cap[of]),
+        _within(rows, np.full(len(e), defaults.GRADE_MAX), _FIRM_STIFFNESS_RATIO * k[e], firm[e]),
     ]
 
 
@@ -155,37 +169,52 @@ def limit_curvatures(network: Network, beams: Beams) -> Limits:
         speed = driven_speeds(network.problem.plan_view, elements.road[e], s, posted[span])
         # Curvature that falls to 0 at the other end has come down to that much there.
         bound = np.minimum(bound, defaults.VERTICAL_ACCELERATION_MAX / speed**2 / (1.0 - share))
-    return _within(rows, bound, (elements.h / beams.flexibility)[e], _NO_CAP)
+    bend = elements.h / beams.flexibility
+    # The moment of ground that is off by so much over the length that the road gives way over.
+    cap = defaults.FIRM_PUSH * np.sqrt(beams.density / beams.flexibility) * elements.h / len(_CURVATURE_LIMIT_AT)
+    return _within(rows, bound, _STIFFNESS_RATIO * bend[e], cap[e])
 
 
-def limit_tilts(
-    network: Network, limit: FloatArray, density: FloatArray, superelevation: FloatArray | None = None
-) -> list[Limits]:
-    """Return the limits on junctions' planes: tilt by class and firm, and the grade between neighbouring arms.
+def deepest_cuts(problem: ProfileProblem) -> FloatArray:
+    """Return how deep cuts, and how high fills, of roads of each span's class are, (K,), m."""
+    names = problem.span_highway
+    return np.array([defaults.CUT_AND_FILL.get(name, defaults.CUT_AND_FILL_OTHER) for name in names], np.float64)
 
-    `limit`, (R, 2), is the largest grade by class at each road's ends, `density`, (J,), the usual weight of the
-    observations per metre of road, 1/m³. `superelevation`, (R, 2), rad, is that at their ends; 0 if left out.
+
+def limit_cut_and_fill(network: Network, reading: Reading, beams: Beams, mean: float) -> Limits:
+    """Return the limits on how far roads lie from the ground, whose heights are less the mean, m.
+
+    What the elevation model does not show counts for neither side, and no ground near structures.
     """
-    problem, junctions = network.problem, network.unknowns.junctions
-    columns = network.unknowns.to_knots.shape[1]
-    stiffness = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
-    bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / defaults.GRADE_SLACK)
-    at = problem.end_junction
-    np.minimum.at(bound, at[at >= 0], limit[at >= 0])
-    angle = np.pi * np.arange(_TILT_DIRECTIONS) / _TILT_DIRECTIONS
-    j = np.repeat(np.arange(junctions, dtype=np.int64), _TILT_DIRECTIONS)
-    weights = np.column_stack([np.tile(np.cos(angle), junctions), np.tile(np.sin(angle), junctions)])
-    tilt = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), weights, columns)
-    limits = [
-        _within(tilt, defaults.GRADE_SLACK * bound[j], stiffness[j], _TILT_CAP),
-        _within(tilt, np.full(len(j), defaults.JUNCTION_TILT_MAX), stiffness[j], _NO_CAP),
-    ]
-    ends = _look_at_ends(problem)
-    j, rise = _neighbouring_arms(ends)
-    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), rise, columns)
-    limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), stiffness[j], _NO_CAP))
+    samples, elements = network.samples, network.elements
+    at = np.flatnonzero(earthwork_samples(network, reading))
+    element = samples.element[at]
+    rows = network.in_unknowns(network.knot_rows(element, samples.u[at], hermite))
+    bound = deepest_cuts(network.problem)[elements.span[element]] + defaults.CUT_AND_FILL_SIGMAS * reading.sigma[at]
+    k = reading.density[at] * samples.ds[at]
+    return _within(rows, bound, _STIFFNESS_RATIO * k, defaults.CUT_AND_FILL_PUSH * k, about=reading.z[at] - mean)
+
+
+def limit_arms(
+    network: Network, density: FloatArray, sigma: FloatArray, superelevation: FloatArray | None = None
+) -> list[Limits]:
+    """Return the limits between the arms of junctions: twist, grades from arm to arm, and steps beside each other.
+
+    `density`, (J,), is the usual weight of the observations per metre of road, 1/m³, `superelevation`, (R, 2), rad,
+    that at ends of roads; 0 if left out.
+    """
+    ends = _look_at_ends(network.problem)
     across = np.zeros(len(ends.junction)) if superelevation is None else np.tan(superelevation.ravel())
-    return [*limits, *_limit_cross_slopes(ends, stiffness, columns, across)]
+    return [
+        *_limit_twist(network, ends, density, sigma, across),
+        *_limit_paths(network, ends, density),
+        _limit_steps(network, ends, density, across),
+    ]
+
+
+def _moment(density: FloatArray, push: FloatArray | float) -> FloatArray:
+    """Return the largest moment that tilts a junction: that of ground which is off by `push`, m, under its arms."""
+    return np.asarray(push * np.sqrt(2.0 * density / defaults.ROAD_FLEXIBILITY))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,72 +242,170 @@ def _look_at_ends(problem: ProfileProblem) -> _Ends:
     return _Ends(junction, *end_poses(problem), half, middle, fast_spans(problem)[span], *pairs)
 
 
-def _limit_cross_slopes(ends: _Ends, stiffness: FloatArray, columns: int, slope: FloatArray) -> list[Limits]:
-    """Return the limits on the tilt of junctions' planes across their arms: elastic, and firm between neighbours.
+def _limit_twist(
+    network: Network, ends: _Ends, density: FloatArray, sigma: FloatArray, slope: FloatArray
+) -> list[Limits]:
+    """Return the limits on the tilt of junctions' planes across their arms.
 
-    Roads have a cross slope, (2 R,), where they end, as a rule 0, so connecting roads have to twist by what the plane
-    is tilted otherwise. Arms beside each other come together as one carriageway, and neither can lie above the other.
-    Where they keep their crossfall they are one surface, which the plane is.
+    Roads have a cross slope, (2 R,), where they end, as a rule 0: the tilt otherwise lifts the edges of their mouths,
+    and connecting roads have to twist by it. Warped arms take the tilt over, which has to run out along the road.
+    Where arms keep their crossfall the plane is their surface.
     """
+    problem, columns = network.problem, network.unknowns.to_knots.shape[1]
     arm = np.flatnonzero(ends.junction >= 0)
-    across = np.column_stack([-np.sin(ends.hdg[arm]), np.cos(ends.hdg[arm])])
+    j, slope = ends.junction[arm], slope[arm]
+    across = np.column_stack([-np.sin(ends.hdg), np.cos(ends.hdg)])
+    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across[arm], columns)
+    k = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
+    usual = _moment(density, defaults.USUAL_PUSH_SIGMAS * sigma)
     bound = np.where(ends.fast[arm], defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
     bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(ends.half[arm], _SHORTEST_PATH))
-    j, slope = ends.junction[arm], slope[arm]
+    cap = _moment(density, defaults.LEVEL_ARM_PUSH)[j]
+    # Arms that come together as one carriageway are level with each other, not only where they end.
+    beside = _step_beside(ends)[arm]
+    bound = np.minimum(bound, beside)
+    cap = np.where(np.isfinite(beside), _moment(density, defaults.FIRM_PUSH)[j], cap)
+    warped, most = _warped_ends(problem), np.repeat(longest_warp(problem), 2)
+    both = warped & warped[np.arange(len(warped)) ^ 1]
+    own = np.where(both, defaults.WARP_MAX, np.minimum(defaults.WARP_MAX, most))
+    bound, cap = np.where(warped[arm], own[arm], bound), np.where(warped[arm], usual[j], cap)
     carried = slope != 0.0
-    bound = np.where(carried, np.minimum(bound, defaults.CARRIED_CROSS_SLOPE_MAX), bound)
-    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns)
-    firm = _cross_slope_beside(ends)[arm]
-    beside = np.flatnonzero(np.isfinite(firm))
-    return [
-        _within(rows, bound, np.where(carried, _CARRIED_STIFFER, 1.0) * stiffness[j], _CROSS_SLOPE_CAP, about=slope),
-        _within(rows[beside], firm[beside], stiffness[j[beside]], _NO_CAP, about=slope[beside]),
-    ]
+    bound = np.where(carried, defaults.CARRIED_CROSS_SLOPE_MAX, bound)
+    stiffness = _STIFFNESS_RATIO * np.where(carried, _CARRIED_STIFFER, 1.0) * k[j]
+    single = _within(rows, bound, stiffness, np.where(carried, np.inf, cap), about=slope)
+    first = 2 * np.flatnonzero(both[0::2])
+    a, b = ends.junction[first], ends.junction[first + 1]
+    dofs = np.column_stack([3 * a + 1, 3 * a + 2, 3 * b + 1, 3 * b + 2])
+    rows = rows_matrix(dofs, np.column_stack([across[first], -across[first + 1]]), columns)
+    change = _within(rows, most[first], _STIFFNESS_RATIO * k[a], usual[a])
+    turns = _turning_twist(problem, across, warped)
+    caps = ((defaults.TWIST_MAX, usual), (defaults.TURNING_TWIST_MAX, _moment(density, defaults.FIRM_PUSH)))
+    return [single, change, *(_limit_turning_twist(*turns, most, k, cap) for most, cap in caps)]
 
 
-def _cross_slope_beside(ends: _Ends) -> FloatArray:
-    """Return the tilt across each road end, (2 R,), with which it meets the one beside it; infinite where none is."""
+def _turning_twist(
+    problem: ProfileProblem, across: FloatArray, warped: BoolArray
+) -> tuple[sp.csr_matrix, IntArray, FloatArray]:
+    """Return what connecting roads between warped arms have to twist by, as rows over the unknowns.
+
+    And their junctions and lengths, m.
+
+    `across`, (2 R, 2), are the directions to the left of road ends, `warped`, (2 R,), those that may be warped.
+    """
+    connectors, columns = problem.connectors, 3 * len(problem.junction_xy)
+    if connectors is None:
+        return sp.csr_matrix((0, columns)), np.zeros(0, np.int64), np.zeros(0)
+    row = np.flatnonzero(warped[connectors.start_end] & _driven(connectors))
+    entry, exit_, j = connectors.start_end[row], connectors.end_end[row], connectors.junction[row]
+    turned = np.where(exit_ % 2 == 0, 1.0, -1.0)[:, None] * across[exit_]
+    turned = turned - np.where(entry % 2 == 1, 1.0, -1.0)[:, None] * across[entry]
+    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), turned, columns)
+    return rows, j, lengths(connectors.plan_view)[row]
+
+
+def _limit_turning_twist(
+    rows: sp.csr_matrix, j: IntArray, length: FloatArray, most: float, k: FloatArray, cap: FloatArray
+) -> Limits:
+    """Return the limits on what connecting roads twist by, `most`, rad/m, in the mean, from `_turning_twist`."""
+    return _within(rows, most * length, _STIFFNESS_RATIO * k[j], cap[j])
+
+
+def _driven(connectors: ConnectorProblem) -> BoolArray:
+    """Return which connecting roads are carriageways, (C,)."""
+    return np.ones(len(connectors.junction), bool) if connectors.beside is None else ~connectors.beside
+
+
+def _warped_ends(problem: ProfileProblem) -> BoolArray:
+    """Return the road ends that may be warped, (2 R,)."""
+    junction = problem.end_junction.ravel()
+    # Road ends at no junction, whose number is -1, have the last one.
+    return np.zeros(len(junction), bool) if problem.warped is None else np.append(problem.warped, False)[junction]
+
+
+def _limit_paths(network: Network, ends: _Ends, density: FloatArray) -> list[Limits]:
+    """Return the firm limits on connecting roads, which are about cubics between both ends of their lanes.
+
+    On their grade half-way, and on their curvature at both ends, where cars are fastest.
+    """
+    problem, columns = network.problem, network.unknowns.to_knots.shape[1]
+    connectors = problem.connectors
+    if connectors is None:
+        return []
+    row = np.flatnonzero(_driven(connectors))
+    entry, exit_, j = connectors.start_end[row], connectors.end_end[row], connectors.junction[row]
+    length = np.maximum(lengths(connectors.plan_view)[row], _SHORTEST_PATH)
+    knot, size = network.elements.end_knots.ravel(), network.unknowns.to_knots.shape[0]
+
+    def at(end: IntArray, along: FloatArray, t: FloatArray) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Return the rows of the lane's height and of its grade along the path."""
+        one = np.ones((len(end), 1))
+        height = network.in_unknowns(rows_matrix(2 * knot[end][:, None], one, size))
+        grade = network.in_unknowns(rows_matrix(2 * knot[end][:, None] + 1, along[:, None], size))
+        lever = np.where(_warped_ends(problem)[end], t, 0.0)[:, None]
+        across = lever * np.column_stack([-np.sin(ends.hdg[end]), np.cos(ends.hdg[end])])
+        return height + rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns), grade
+
+    z0, g0 = at(entry, np.where(entry % 2 == 1, 1.0, -1.0), connectors.start_t[row])
+    z1, g1 = at(exit_, np.where(exit_ % 2 == 0, 1.0, -1.0), connectors.end_t[row])
+    per = sp.diags(1.0 / length)
+    mean = per @ (z1 - z0)
+    k, cap = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)[j], _moment(density, defaults.FIRM_PUSH)[j]
+    middle = sp.csr_matrix(1.5 * mean - 0.25 * (g0 + g1))
+    out = [_within(middle, np.full(len(row), defaults.GRADE_MAX), _STIFFNESS_RATIO * k, cap)]
+    posted = span_speeds(problem)[end_spans(problem).ravel()[entry]]
+    for rows, s in ((6.0 * mean - 4.0 * g0 - 2.0 * g1, 0.0 * length), (6.0 * mean - 2.0 * g0 - 4.0 * g1, length)):
+        bound = defaults.VERTICAL_ACCELERATION_MAX / driven_speeds(connectors.plan_view, row, s, posted) ** 2
+        # In units of grades, as what is stiff is a road that is turned.
+        bent = sp.csr_matrix(0.25 * rows)
+        out.append(_within(bent, 0.25 * length * bound, _STIFFNESS_RATIO * k, cap))
+    return out
+
+
+def _limit_steps(network: Network, ends: _Ends, density: FloatArray, slope: FloatArray) -> Limits:
+    """Return the limits on steps between arms that come together as one carriageway."""
+    knot, size = network.elements.end_knots.ravel(), network.unknowns.to_knots.shape[0]
+    a, b, along, across = _arms_beside(ends)
+    dofs = np.column_stack([2 * knot[b], 2 * knot[a], 2 * knot[a] + 1])
+    rows = network.in_unknowns(rows_matrix(dofs, np.column_stack([np.ones(len(a)), -np.ones(len(a)), -along]), size))
+    tilt = np.column_stack([-np.sin(ends.hdg[a]), np.cos(ends.hdg[a])]) * across[:, None]
+    tilt = np.where(_warped_ends(network.problem)[a][:, None], -tilt, 0.0)
+    far, j = np.maximum(np.abs(across), _SHORTEST_PATH), ends.junction[a]
+    rows = rows + rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), tilt, rows.shape[1])
+    bound = np.minimum(defaults.JUNCTION_EDGE_STEP_MAX / far, defaults.FAST_CROSS_SLOPE_MAX)
+    stiffness = _FIRM_STIFFNESS_RATIO * rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)[j]
+    about, cap = slope[a] * across / far, _moment(density, defaults.FIRM_PUSH)[j]
+    return _within(sp.csr_matrix(sp.diags(1.0 / far) @ rows), bound, stiffness, cap, about=about)
+
+
+def _step_beside(ends: _Ends) -> FloatArray:
+    """Return the tilt with which each road end meets the one beside it, (2 R,); infinite where none is."""
+    a, b, _, across = _arms_beside(ends)
+    step = defaults.JUNCTION_EDGE_STEP_MAX / np.maximum(np.abs(across), _SHORTEST_PATH)
+    out = np.full(len(ends.junction), np.inf)
+    for end in (a, b):
+        np.minimum.at(out, end, step)
+    return out
+
+
+def _arms_beside(ends: _Ends) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return pairs of arms that come together as one carriageway, and where the second one's end lies.
+
+    How far along the first one's +s and to its left, m.
+    """
     a, b, hdg, half = ends.a, ends.b, ends.hdg, ends.half
     x, y = ends.x - ends.middle * np.sin(hdg), ends.y + ends.middle * np.cos(hdg)
     out_of_junction = hdg + np.where(np.arange(len(hdg)) % 2 == 0, 0.0, np.pi)
     cos, sin = np.cos(hdg[a]), np.sin(hdg[a])
-    along, across = (x[b] - x[a]) * cos + (y[b] - y[a]) * sin, np.abs((y[b] - y[a]) * cos - (x[b] - x[a]) * sin)
-    near = (across - half[a] - half[b] < defaults.BESIDE_GAP) & (np.abs(along) < defaults.BESIDE_LENGTH)
+
+    def apart(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        dx, dy = x[b] - x[a], y[b] - y[a]
+        return dx * cos + dy * sin, dy * cos - dx * sin
+
+    along, across = apart(x, y)
+    near = (np.abs(across) - half[a] - half[b] < defaults.BESIDE_GAP) & (np.abs(along) < defaults.BESIDE_LENGTH)
     near &= np.cos(out_of_junction[a] - out_of_junction[b]) > np.cos(defaults.BESIDE_ANGLE)
-    limit = np.full(len(hdg), np.inf)
-    step = defaults.JUNCTION_EDGE_STEP_MAX / np.maximum(across[near], _SHORTEST_PATH)
-    for end in (a[near], b[near]):
-        np.minimum.at(limit, end, np.minimum(step, defaults.FAST_CROSS_SLOPE_MAX))
-    return limit
-
-
-def _neighbouring_arms(ends: _Ends) -> tuple[IntArray, FloatArray]:
-    """Return pairs of arms that are nearer to each other than their middles: junction, and offset / distance.
-
-    The plane's gradient times the second, (n, 2), is the grade between the nearest lanes of both arms, at most
-    `JUNCTION_STEP_MAX`. The distance is less than that of the lanes where less is allowed.
-    """
-    a, b, x, y, half, middle = ends.a, ends.b, ends.x, ends.y, ends.half, ends.middle
-    nx, ny = -np.sin(ends.hdg), np.cos(ends.hdg)
-
-    def reach(p: IntArray, q: IntArray, edge: float) -> FloatArray:
-        """Return the distance from the outer lanes of p, `edge` inside of its edges, to the row of those of q."""
-        best = np.full(len(p), np.inf)
-        width_p, width_q = (np.maximum(half[k] - edge, 0.0) for k in (p, q))
-        for side in (-1.0, 1.0):
-            t = middle[p] + side * width_p
-            dx, dy = x[p] + t * nx[p] - x[q], y[p] + t * ny[p] - y[q]
-            t = np.clip(dx * nx[q] + dy * ny[q], middle[q] - width_q, middle[q] + width_q)
-            best = np.minimum(best, np.hypot(dx - t * nx[q], dy - t * ny[q]))
-        return best
-
-    lanes, gap = (np.minimum(reach(a, b, edge), reach(b, a, edge)) for edge in (_EDGE_TO_LANE, 0.0))
-    allowed = defaults.JUNCTION_EDGE_STEP_MAX + defaults.JUNCTION_STEP_MAX * gap
-    allowed = np.where(gap < defaults.JUNCTION_EDGES_NEAR, allowed, np.inf)
-    distance = np.minimum(np.maximum(lanes, _SHORTEST_PATH), allowed / defaults.JUNCTION_STEP_MAX)
-    offset = np.column_stack([x[a] - x[b], y[a] - y[b]])
-    near = np.hypot(*offset.T) > distance
-    return ends.junction[a[near]], offset[near] / distance[near, None]
+    along, across = apart(ends.x, ends.y)
+    return a[near], b[near], along[near], across[near]
 
 
 def _arm_pairs(junction: IntArray, junctions: int) -> tuple[IntArray, IntArray]:
@@ -320,20 +447,25 @@ def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
     return Limits(rows, -bound, bound, _STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, *_nowhere(len(k)))
 
 
-def limit_tunnels(network: Network, reading: Reading, beams: Beams, floating: BoolArray, mean: float) -> Limits:
-    """Return the elastic limits that keep tunnels below the ground of their samples, less the mean, m.
+def limit_structures(network: Network, reading: Reading, beams: Beams, floating: BoolArray, mean: float) -> Limits:
+    """Return the elastic limits that keep tunnels below the ground of their samples and bridges above it.
 
-    `floating`, (R,), are roads that no measured ground holds: the height of their own ground is all that is known.
+    The ground is less the mean, m. Bridges may lie below it by its standard error. `floating`, (R,), are roads that
+    no measured ground holds: the height of their own ground is all that is known.
     """
     samples, elements = network.samples, network.elements
-    inside = (elements.structure == Structure.TUNNEL) & ~floating[elements.road]
-    at = np.flatnonzero(inside[samples.element] & reading.measured)
-    element = samples.element[at]
+    structure = elements.structure[samples.element]
+    held = reading.measured & ~floating[elements.road[samples.element]]
+    at = np.flatnonzero(
+        held & ((structure == Structure.TUNNEL) | ((structure == Structure.BRIDGE) & ~reading.covered))
+    )
+    element, tunnel = samples.element[at], structure[at] == Structure.TUNNEL
     rows = network.in_unknowns(network.knot_rows(element, samples.u[at], hermite))
     k = beams.density[element] * samples.ds[at]
-    low, own = np.full(len(at), -np.inf), np.zeros(len(at), bool)
-    ground, cap = reading.z[at] - mean, defaults.TUNNEL_PUSH * k
-    return Limits(rows, low, ground, _STIFFNESS_RATIO * k, cap, own, *_nowhere(len(at)))
+    ground, own = reading.z[at] - mean, np.zeros(len(at), bool)
+    low = np.where(tunnel, -np.inf, ground - reading.sigma[at])
+    high, cap = np.where(tunnel, ground, np.inf), defaults.STRUCTURE_PUSH * k
+    return Limits(rows, low, high, _STIFFNESS_RATIO * k, cap, own, *_nowhere(len(at)))
 
 
 def limit_known(network: Network, beams: Beams, mean: float) -> Limits:

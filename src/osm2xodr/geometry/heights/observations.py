@@ -60,14 +60,22 @@ class Observations:
     canopy: BoolArray  # (n,) Whether the value may be that of canopy or roofs above the ground
     floor: FloatArray  # (n,) Share of its weight that a row keeps at least
 
+    @property
+    def bare(self) -> BoolArray:
+        """Which rows are heights of bare ground, (n,)."""
+        return np.isin(self.kind, (Kind.ROAD_HEIGHT, Kind.JUNCTION_HEIGHT)) & ~self.canopy
+
     def robust_factors(self, residual: FloatArray, sigma: FloatArray, *, geman_mcclure: bool) -> FloatArray:
         """Return the factor on each weight that a robust loss gives, (n,): Cauchy's, or its square, Geman-McClure's.
 
-        The residual, (n,), is observed less solved, sigma, (n,), the standard errors to measure it by.
+        That of bare ground is Huber's, which is convex: no part of it is ever dropped. The residual, (n,), is
+        observed less solved, sigma, (n,), the standard errors to measure it by.
         """
         scale = np.where(residual > 0, self.above, self.below)
-        cauchy = 1.0 / (1.0 + (residual / (scale * sigma)) ** 2)
-        return np.maximum(cauchy * cauchy if geman_mcclure else cauchy, self.floor)
+        excess = np.abs(residual / (scale * sigma))
+        cauchy = 1.0 / (1.0 + excess**2)
+        factor = np.where(self.bare, 1.0 / np.maximum(excess, 1.0), cauchy * cauchy if geman_mcclure else cauchy)
+        return np.maximum(factor, self.floor)
 
 
 def _block(
@@ -118,10 +126,7 @@ def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolA
     elements, samples = network.elements, network.samples
     e = samples.element
     weight = samples.ds * reading.density
-    to_start, to_end = portal_distance(elements, network.unknowns.end_node)
-    along = samples.s - elements.s[e]
-    distance = np.minimum(to_start[e] + along, to_end[e] + elements.h[e] - along)
-    on = elements.structure[e] != Structure.GROUND
+    on, distance = _structure_distance(network)
     near = distance < np.maximum(defaults.PORTAL_LENGTH, 0.5 * reading.cell)
     factor = np.where(on, 0.0, np.where(near, defaults.PORTAL_WEIGHT, 1.0))
     component = components(network.problem, network.unknowns)
@@ -129,6 +134,24 @@ def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolA
     holds = np.bincount(at, factor * reading.measured * weight, int(component.max(initial=-1)) + 1) > 0
     guess = samples.ds / (GUESS_LENGTH * GUESS_SIGMA**2)
     return np.where(holds[at], weight * factor, guess), ~holds[component]
+
+
+def earthwork_samples(network: Network, reading: Reading) -> BoolArray:
+    """Return the samples, (n,), where a cut or a fill is as deep as the road is off the measured, bare ground."""
+    on, distance = _structure_distance(network)
+    away = distance > np.maximum(defaults.EARTHWORK_REACH, 0.5 * reading.cell)
+    out: BoolArray = ~on & away & reading.measured & ~reading.covered
+    return out
+
+
+def _structure_distance(network: Network) -> tuple[BoolArray, FloatArray]:
+    """Return which samples are on structures, and how far the nearest one is along the road, m, both (n,)."""
+    elements, samples = network.elements, network.samples
+    e = samples.element
+    to_start, to_end = portal_distance(elements, network.unknowns.end_node)
+    along = samples.s - elements.s[e]
+    distance = np.minimum(to_start[e] + along, to_end[e] + elements.h[e] - along)
+    return elements.structure[e] != Structure.GROUND, distance
 
 
 def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -222,7 +245,8 @@ def observe_ele(network: Network, mean: float) -> Observations:
         return _nothing(Kind.TAGGED_HEIGHT, network)
     rows = network.knot_rows(*network.place(problem.ele_road, problem.ele_s), hermite)
     sigma = np.full(len(problem.ele_z), defaults.ELE_SIGMA)
-    return _block(Kind.TAGGED_HEIGHT, network.in_unknowns(rows), problem.ele_z - mean, 1.0 / sigma**2, sigma)
+    rows, value = network.in_unknowns(rows), problem.ele_z - mean
+    return _block(Kind.TAGGED_HEIGHT, rows, value, 1.0 / sigma**2, sigma, scale=defaults.ELE_SCALE)
 
 
 def observe_pins(network: Network, mean: float) -> Observations:

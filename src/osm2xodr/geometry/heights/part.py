@@ -9,9 +9,9 @@ import numpy as np
 
 from osm2xodr.curves import chosen_curves, runs
 from osm2xodr.geometry.heights.problem import ConnectorProblem, KnownHeights, ProfileProblem
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-_Column = TypeVar("_Column", FloatArray, IntArray)
+_Column = TypeVar("_Column", FloatArray, IntArray, BoolArray)
 _SPAN_COLUMNS: Final = tuple(
     name
     for name in (item.name for item in fields(ProfileProblem))
@@ -56,7 +56,8 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         road_id=_rows(problem.road_id, chosen),
         pins=None,
         connectors=_connectors_between(problem.connectors, number, of_junction),
-        carried=None if problem.carried is None else problem.carried[junctions],
+        carried=_rows(problem.carried, junctions),
+        warped=_rows(problem.warped, junctions),
     )
 
 

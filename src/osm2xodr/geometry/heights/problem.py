@@ -91,6 +91,7 @@ class ProfileProblem:
     pins: Pins | None = None  # Where profiles have knots, and are held
     connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do
     carried: BoolArray | None = None  # (J,) Junctions through which crossfall may run on; none where not given
+    warped: BoolArray | None = None  # (J,) Junctions whose arms may end on its plane also across; likewise
 
 
 @dataclass(frozen=True, slots=True)

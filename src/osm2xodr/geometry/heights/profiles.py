@@ -13,7 +13,7 @@ from functools import reduce
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.defaults import GRADE_LIMIT_OTHER
+from osm2xodr.defaults import GRADE_LIMIT, GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, restore_ground
@@ -30,20 +30,22 @@ from osm2xodr.geometry.heights.level_world import (
 )
 from osm2xodr.geometry.heights.limits import (
     Limits,
+    limit_arms,
     limit_clearances,
     limit_curvatures,
+    limit_cut_and_fill,
     limit_grades,
     limit_known,
     limit_meetings,
-    limit_tilts,
-    limit_tunnels,
+    limit_structures,
 )
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.part import chosen_roads
-from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
-from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
+from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_ground
 from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
+from osm2xodr.geometry.heights.relief import estimated_elements, road_flexibility
 from osm2xodr.geometry.heights.report import (
     Outcome,
     element_grades,
@@ -56,7 +58,12 @@ from osm2xodr.geometry.heights.report import (
 )
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, bridges_above, find_chains, network_stiffness
-from osm2xodr.geometry.heights.superelevation import ease_lane_grades, road_superelevation
+from osm2xodr.geometry.heights.superelevation import (
+    ease_lane_grades,
+    road_superelevation,
+    warp_ends,
+    warp_profiles,
+)
 from osm2xodr.model import BoolArray, FloatArray, Surface
 from osm2xodr.system import release_memory
 
@@ -125,10 +132,12 @@ def solve_profiles(
         report_known_heights(problem, solved.known_z, diagnostics)
         report_known_clearances(problem, solved.outcome.crossings, diagnostics)
         solution = _write_records(network, solved.outcome)
+    warp = warp_ends(problem, solution.junction_plane)
     eased = ease_lane_grades(problem, solution.elevation)
-    profiles = [profile for profile in (superelevation, eased) if profile is not None]
-    found = reduce(either_profile, profiles) if profiles else None
-    return replace(solution, superelevation=found, end_superelevation=across)
+    profiles = (superelevation, warp_profiles(problem, warp), eased)
+    known = [profile for profile in profiles if profile is not None]
+    found = reduce(either_profile, known) if known else None
+    return replace(solution, superelevation=found, end_superelevation=across + warp)
 
 
 def _cut(problem: ProfileProblem, surface: Surface) -> tuple[Network, FloatArray]:
@@ -245,9 +254,8 @@ def _build_model(
     """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
-    relief, estimated = _relief_factor(network, reading)
-    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * relief
-    leveling = np.where(estimated, 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
+    flexibility = road_flexibility(network, reading, defaults.ROAD_FLEXIBILITY * factor[elements.span])
+    leveling = np.where(estimated_elements(network, reading), 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
     chains = find_chains(problem, elements)
     flexibility = flexibility * defaults.LOWER_DECK_FLEXIBILITY ** bridges_above(network, chains, crossings)
@@ -257,27 +265,12 @@ def _build_model(
         at_junctions,
         mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
         grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
-        beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
+        beams=Beams(flexibility, *(value[elements.road] for value in typical_ground(reading, cell))),
         chains=chains,
         leveling=leveling,
         crossings=crossings,
         meets=meets,
     )
-
-
-def _relief_factor(network: Network, reading: Reading) -> tuple[FloatArray, BoolArray]:
-    """Return the factor on the flexibility of each element that the relief around it calls for, 1 at least, (E,).
-
-    And where the ground was estimated from coarse cells at all.
-    """
-    samples, elements = network.samples, len(network.elements.h)
-    known = np.isfinite(reading.log_relief)
-    at = samples.element[known]
-    count = np.bincount(at, minlength=elements)
-    log_a = np.bincount(at, reading.log_relief[known], elements) / np.maximum(count, 1)
-    log_quotient = log_a + np.log(defaults.RELIEF_WAVE / 4.0 / defaults.ROAD_FLEXIBILITY)
-    factor = np.exp(defaults.RELIEF_SHARE * np.maximum(log_quotient, 0.0))
-    return np.where(count > 0, factor, 1.0), np.asarray(count > 0)
 
 
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
@@ -297,14 +290,17 @@ def _collect_limits(
     network, limit, crossings = model.network, model.grade_limit, model.crossings
     clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
     known = limit_known(network, model.beams, model.mean)
-    density = typical_density(model.reading, model.at_junctions.cell)
+    density, sigma = typical_ground(model.reading, model.at_junctions.cell)
+    span = network.elements.span
+    usual = limit == _class_values(network.problem, GRADE_LIMIT, GRADE_LIMIT_OTHER)
     blocks = [
-        *limit_grades(network, limit[network.elements.span], model.beams),
+        *limit_grades(network, model.reading, limit[span], ~usual[span], model.beams),
         limit_curvatures(network, model.beams),
-        *limit_tilts(network, limit[end_spans(network.problem)], density, across),
+        limit_cut_and_fill(network, model.reading, model.beams, model.mean),
+        *limit_arms(network, density, sigma, across),
         clearances,
         limit_meetings(network, model.meets, model.beams),
-        limit_tunnels(network, model.reading, model.beams, floating, model.mean),
+        limit_structures(network, model.reading, model.beams, floating, model.mean),
         known,
     ]
     return join_blocks(blocks, unknowns), clearances, known

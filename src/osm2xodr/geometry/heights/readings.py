@@ -67,6 +67,7 @@ class Reading:
     covered: BoolArray  # (n,) Whether z may lie on canopy or roofs
     log_relief: FloatArray  # (n,) ln A of the ground's spectrum A / k⁴ around; NaN where it was not estimated
     away: FloatArray  # (n,) Distance from the nearest place of the network whose height is measured, m; 0 where it is
+    across: FloatArray  # (n,) Rise of the ground per metre to the left of the road; 0 at junctions
 
     @property
     def density(self) -> FloatArray:
@@ -84,7 +85,8 @@ def read_heights(
     """Return the readings at the samples and at the junctions' origins (J, 2), m, from what was estimated so far.
 
     Where cells are coarse the ground estimated from them is read, elsewhere the surface itself. The standard error at
-    the samples has a part for the road's position: how much the ground rises across the road over that distance.
+    the samples has a part for cuts and fills that cells do not show: how much the ground rises across the road over
+    the distance by which it is cut into the slope.
     """
     n = len(samples.x)
     x, y = np.concatenate([samples.x, junction_xy[:, 0]]), np.concatenate([samples.y, junction_xy[:, 1]])
@@ -104,15 +106,15 @@ def read_heights(
         quality.covered & ~is_coarse(quality.cell_size) & measured,
         np.where(measured, found.log_relief, np.nan),
         away,
+        np.zeros(len(x)),
     )
     across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
     fine = np.flatnonzero(~known[:n])
     across[fine] = _slope_across(surface, samples, quality.cell_size[:n], fine)
     middle = everywhere.part(slice(n))
-    off = np.minimum(
-        defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell, defaults.POSITION_ERROR_MAX
-    )
-    return replace(middle, sigma=np.hypot(middle.sigma, across * off)), everywhere.part(slice(n, None))
+    off = np.minimum(defaults.POSITION_ERROR_CELLS * middle.cell, defaults.POSITION_ERROR_MAX)
+    sigma = np.hypot(middle.sigma, across * off)
+    return replace(middle, sigma=sigma, across=across), everywhere.part(slice(n, None))
 
 
 def _distance_from_measured(x: FloatArray, y: FloatArray, measured: BoolArray) -> FloatArray:
@@ -139,11 +141,17 @@ def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: In
     return np.where(left_measured & right_measured, (left - right) / (2 * aside), 0.0)
 
 
-def typical_density(reading: Reading, cell: FloatArray) -> FloatArray:
-    """Return the median weight per metre of road at places with cells of about these sizes, (n,), 1/m³."""
+def typical_ground(reading: Reading, cell: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the median weight per metre of road, 1/m³, and standard error, m, of heights where cells are as large.
+
+    Cells of about these sizes, (n,), m.
+    """
     measured = reading.measured if reading.measured.any() else np.ones(len(reading.z), bool)
-    density, size = reading.density[measured], cell_class(reading.cell[measured])
-    out = np.full(len(cell), float(np.median(density)) if len(density) else 1.0)
-    for one in np.unique(size).tolist():
-        out[cell_class(cell) == one] = float(np.median(density[size == one]))
-    return out
+    size, wanted = cell_class(reading.cell[measured]), cell_class(cell)
+    out = []
+    for value in (reading.density[measured], reading.sigma[measured]):
+        of = np.full(len(cell), float(np.median(value)) if len(value) else 1.0)
+        for one in np.unique(size).tolist():
+            of[wanted == one] = float(np.median(value[size == one]))
+        out.append(of)
+    return out[0], out[1]

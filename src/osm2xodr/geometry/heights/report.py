@@ -11,6 +11,8 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Elements, Network, element_at
+from osm2xodr.geometry.heights.limits import deepest_cuts
+from osm2xodr.geometry.heights.observations import earthwork_samples
 from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import (
@@ -26,9 +28,12 @@ from osm2xodr.model import (
     unused,
 )
 
-# Roads whose heights are farthest from the ground are named: this many, if they are off by so much, m.
+# So many places are tabulated that are farthest from the ground.
 _WORST: Final = 10
-_WORST_FROM: Final = 5.0
+# Ways are reported that are off the ground by this more than their class may be, m: limits give way by centimetres.
+_OFF_GROUND_FROM: Final = 0.5
+# What keeps a road off the ground lies within this distance along it, m. A choice.
+_REASON_REACH: Final = 100.0
 # Shorter stretches without heights are not reported, m.
 _GAP_FROM: Final = 1.0
 # Elastic limits are exceeded a little wherever they are at work: grades above them by less are not reported.
@@ -231,18 +236,42 @@ def _report_inclines(problem: ProfileProblem, diagnostics: Diagnostics) -> None:
 
 
 def _report_off_ground(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
-    held = _samples_on_ground(network, outcome)
-    span = network.elements.span[network.samples.element[held]]
-    way, index = np.unique(network.problem.span_way[span], return_inverse=True)
-    off = np.zeros(len(way))
-    np.maximum.at(off, index, np.abs(outcome.z - outcome.reading.z)[held])
-    for k in np.argsort(-off, kind="stable")[:_WORST].tolist():
-        if off[k] >= _WORST_FROM:
+    """Report ways that lie farther off the ground than cuts and fills of their class are deep, and why."""
+    samples, problem = network.samples, network.problem
+    at = np.flatnonzero(earthwork_samples(network, outcome.reading))
+    span = network.elements.span[samples.element[at]]
+    off = (outcome.z - outcome.reading.z)[at]
+    beyond = np.abs(off) - deepest_cuts(problem)[span] - defaults.CUT_AND_FILL_SIGMAS * outcome.reading.sigma[at]
+    way = problem.span_way[span]
+    for k in _largest_of_each(way, beyond).tolist():
+        if beyond[k] > _OFF_GROUND_FROM:
+            side = "above" if off[k] > 0.0 else "below"
             diagnostics.note(
                 "off-ground",
                 f"way/{way[k]}",
-                f"it lies up to {off[k]:.1f} m off the ground of the elevation model, to stay smooth and passable",
+                f"it lies up to {abs(off[k]):.1f} m {side} the ground of the elevation model, "
+                f"{beyond[k]:.1f} m more than roads of its class are cut or filled: "
+                + _reason(network, outcome, int(at[k])),
             )
+
+
+def _reason(network: Network, outcome: Outcome, sample: int) -> str:
+    """Return what keeps a road off the ground at a sample."""
+    problem, elements, samples = network.problem, network.elements, network.samples
+    element, s = int(samples.element[sample]), float(samples.s[sample])
+    road = int(elements.road[element])
+    near = np.flatnonzero((elements.road == road) & (np.abs(elements.s + 0.5 * elements.h - s) < _REASON_REACH))
+    crossings = outcome.crossings
+    for curve, place in ((crossings.upper, crossings.upper_s), (crossings.lower, crossings.lower_s)):
+        if ((curve == road) & (np.abs(place - s) < _REASON_REACH)).any():
+            return "it keeps clear of the roads above or below"
+    if (outcome.grade[near] > 0.98 * defaults.GRADE_SLACK * outcome.limit[near]).any():
+        return f"it is as steep as it may be, {100 * float(outcome.grade[near].max()):.0f} %"
+    length = float(elements.s[elements.end_elements[road, 1]] + elements.h[elements.end_elements[road, 1]])
+    start, end = (int(j) for j in problem.end_junction[road])
+    if (start >= 0 and s < _REASON_REACH) or (end >= 0 and length - s < _REASON_REACH):
+        return "it meets the other roads of its junction"
+    return "it bends no more than cars take, or than the ground's heights are sure"
 
 
 # ---------------------------------------------------------------- figures and tables

@@ -36,7 +36,9 @@ def fastest_around(plan: PlanView, curve: IntArray, s: FloatArray, posted: Float
 
     Where bends in opposite directions follow each other the speed of `driven_speeds` rises for less than a metre.
     """
-    return np.asarray(np.max([driven_speeds(plan, curve, s + at * WHEELBASE, posted) for at in _CAR_AT], axis=0))
+    length = lengths(plan, curve)
+    around = (np.clip(s + at * WHEELBASE, 0.0, length) for at in _CAR_AT)
+    return np.asarray(np.max([driven_speeds(plan, curve, place, posted) for place in around], axis=0))
 
 
 def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatArray) -> FloatArray:

@@ -18,6 +18,8 @@ from osm2xodr.geometry.heights.elements import (
     bending_matrices,
     element_at,
     end_poses,
+    on_plane,
+    rows_matrix,
     tension_matrices,
 )
 from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans
@@ -25,6 +27,10 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # A structure goes on over a junction where the cosine of the angle between two arms is below this (30 degrees).
 _STRAIGHT_ON: Final = -0.866
+# Road ends nearer to the middle of their junction count as this far from it, m: keeps the matrices well conditioned.
+# Those that are farther away count as the second: beside other arms they are no more free than there.
+_SHORTEST_SPOKE: Final = 1.0
+_LONGEST_SPOKE: Final = 25.0
 # Bridges above each other that are counted: four levels are few.
 _MOST_ABOVE: Final = 3
 
@@ -35,6 +41,7 @@ class Beams:
 
     flexibility: FloatArray  # (E,) q: the road's share of the penalty on z''² is 1 / q, 1/m
     density: FloatArray  # (E,) w: usual weight of the observed heights per metre of road, 1/m³
+    sigma: FloatArray  # (E,) Usual standard error of these heights, m
 
 
 def rotation_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:
@@ -165,11 +172,45 @@ def network_stiffness(
     matrix = p.T @ assemble(elements, matrices) @ p
     diagonal = np.zeros(p.shape[1])
     diagonal[: 3 * unknowns.junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
-    matrix = matrix + sp.diags(diagonal)
+    matrix = matrix + sp.diags(diagonal) + _spokes(network, flexibility)
     if len(chains.loose):
         coupling, own = _chord_coupling(network, chains, tension)
         matrix = sp.bmat([[matrix, coupling], [coupling.T, own]])
     return sp.csr_matrix(matrix)
+
+
+def arm_deviations(network: Network) -> tuple[IntArray, FloatArray, sp.csr_matrix, sp.csr_matrix]:
+    """Return by how much road ends at junctions may leave their junction's plane, as rows over the unknowns, (A, N).
+
+    The ends, (A,), how far they are from the junction's origin, m, and the rows for heights and for grades, the
+    latter out of the junction.
+    """
+    problem, unknowns = network.problem, network.unknowns
+    junction = problem.end_junction.ravel()
+    end = np.flatnonzero((junction >= 0) & ~on_plane(problem))
+    x, y, hdg = (value[end] for value in end_poses(problem))
+    j, knot = junction[end], network.elements.end_knots.ravel()[end]
+    dx, dy = x - problem.junction_xy[j, 0], y - problem.junction_xy[j, 1]
+    out = np.where(end % 2 == 0, 1.0, -1.0)
+    size = unknowns.to_knots.shape[1]
+    plane = 3 * j[:, None] + np.arange(3)
+    height = unknowns.to_knots[2 * knot] - rows_matrix(plane, np.column_stack([np.ones(len(j)), dx, dy]), size)
+    along = np.column_stack([np.zeros(len(j)), np.cos(hdg), np.sin(hdg)])
+    grade = sp.diags(out) @ (unknowns.to_knots[2 * knot + 1] - rows_matrix(plane, along, size))
+    return end, np.hypot(dx, dy), sp.csr_matrix(height), sp.csr_matrix(grade)
+
+
+def _spokes(network: Network, flexibility: FloatArray) -> sp.csr_matrix:
+    """Return the stiffness of the ways from road ends to the middles of their junctions, (N, N).
+
+    Between its end and the middle a road is a beam as it is before, which bends away from the junction's plane.
+    """
+    end, distance, height, grade = arm_deviations(network)
+    d = np.clip(distance, _SHORTEST_SPOKE, _LONGEST_SPOKE)
+    stiff = 1.0 / flexibility[network.elements.end_elements.ravel()[end]]
+    mixed = height.T @ sp.diags(-6.0 * stiff / d**2) @ grade
+    own = height.T @ sp.diags(12.0 * stiff / d**3) @ height + grade.T @ sp.diags(4.0 * stiff / d) @ grade
+    return sp.csr_matrix(own + mixed + mixed.T)
 
 
 def _chord_coupling(network: Network, chains: Chains, tension: FloatArray) -> tuple[sp.csr_matrix, sp.csr_matrix]:

@@ -43,31 +43,38 @@ def ease_profiles(
     rough = felt > defaults.VERTICAL_ACCELERATION_MAX
     if not rough.any():
         return z, grade
-    smooth_z, smooth_grade = _smoothest(start, s, speed, z, grade)
-    largest = np.maximum.reduceat(np.abs(grade), start[:-1])
-    share = np.zeros(len(felt))
-    left = rough & (np.maximum.reduceat(np.abs(smooth_grade), start[:-1]) <= np.maximum(largest, steepest))
-    for part in _SHARES:
-        tried = [value + part * (smooth - value) for value, smooth in ((z, smooth_z), (grade, smooth_grade))]
-        now = largest_acceleration(start, s, speed, tried[0], tried[1])
-        better = left & (now < felt)
-        share[better], felt[better] = part, now[better]
-        left &= felt > defaults.VERTICAL_ACCELERATION_MAX
-    at = share[curve]
-    return z + at * (smooth_z - z), grade + at * (smooth_grade - grade)
+    most = np.maximum(np.maximum.reduceat(np.abs(grade), start[:-1]), steepest)
+    best_z, best_grade = z.copy(), grade.copy()
+    # Where bending in the slow part would be too steep, the least bending in all is what can be done.
+    for weight in (speed, np.ones(len(s))):
+        smooth_z, smooth_grade = _smoothest(start, s, weight, z, grade)
+        left = felt > defaults.VERTICAL_ACCELERATION_MAX
+        for part in _SHARES:
+            tried = z + part * (smooth_z - z), grade + part * (smooth_grade - grade)
+            now = largest_acceleration(start, s, speed, *tried)
+            better = left & (now < felt) & (np.maximum.reduceat(np.abs(tried[1]), start[:-1]) <= most)
+            felt[better] = now[better]
+            at = better[curve]
+            best_z[at], best_grade[at] = tried[0][at], tried[1][at]
+            left &= felt > defaults.VERTICAL_ACCELERATION_MAX
+    return best_z, best_grade
 
 
 def largest_acceleration(
     start: IntArray, s: FloatArray, speed: FloatArray, z: FloatArray, grade: FloatArray
 ) -> FloatArray:
-    """Return the largest v² |z''| of each curve's cubics between samples, m/s²."""
+    """Return the largest v² |z''| of each curve, m/s²; between its ends z'' is the mean of both sides of a sample.
+
+    That is what a car feels whose axles stand on either side.
+    """
     a = np.setdiff1d(np.arange(len(s)), start[1:] - 1)
     h, secant = s[a + 1] - s[a], (z[a + 1] - z[a]) / (s[a + 1] - s[a])
-    out = np.zeros(len(s))
-    out[a] = speed[a] ** 2 * np.abs(6 * secant - 4 * grade[a] - 2 * grade[a + 1]) / h
-    end = speed[a + 1] ** 2 * np.abs(6 * secant - 2 * grade[a] - 4 * grade[a + 1]) / h
-    out[a] = np.maximum(out[a], end)
-    return np.asarray(np.maximum.reduceat(out, start[:-1]))
+    bend, sides = np.zeros((2, len(s)))
+    bend[a] += (6 * secant - 4 * grade[a] - 2 * grade[a + 1]) / h
+    bend[a + 1] += (2 * grade[a] + 4 * grade[a + 1] - 6 * secant) / h
+    sides[a] += 1.0
+    sides[a + 1] += 1.0
+    return np.asarray(np.maximum.reduceat(speed**2 * np.abs(bend) / sides, start[:-1]))
 
 
 def _smoothest(

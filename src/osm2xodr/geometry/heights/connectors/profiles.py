@@ -20,12 +20,15 @@ from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surf
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
 from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
 from osm2xodr.geometry.heights.speeds import fastest_around, span_speeds
-from osm2xodr.model import CubicProfile, FloatArray, IntArray
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
 # finite.
 _SHORTEST: Final = 1e-6
 _NARROWEST: Final = 0.5
+# Largest slope of superelevation where connecting roads begin and end, rad/m. A choice: tight turns on steep slopes
+# have it, and no car rocks worse.
+_LARGEST_END_TWIST: Final = 0.04
 # Least length of a lane beside that of the reference line: keeps quotients finite in bends that fold.
 _LEAST_LENGTH_SHARE: Final = 0.1
 
@@ -77,7 +80,7 @@ def connector_profiles(
     has slope 0 at both ends and follows the cross slope of the junction's surface in between. Roads that stay almost
     level across have none. `solution` has the heights of the roads of `problem`.
     """
-    uneven = solution.junction_plane[:, 1:].any(axis=1)[connectors.junction]
+    uneven = _uneven(problem, solution)[connectors.junction]
     level = _level_profiles(connectors, solution)
     if not uneven.any():
         return level
@@ -87,6 +90,17 @@ def connector_profiles(
     own = _uneven_profiles(problem, connectors.chosen(row), solution)
     elevation, superelevation = (spread_curves(profile, row, len(uneven)) for profile in own)
     return either_profile(elevation, level[0]), superelevation
+
+
+def _uneven(problem: ProfileProblem, solution: ProfileSolution) -> BoolArray:
+    """Return the junctions whose arms are not all level at one height, (J,)."""
+    junction, out = problem.end_junction.ravel(), solution.junction_plane[:, 1:].any(axis=1)
+    end = np.flatnonzero(junction >= 0)
+    rise = solution.end_z.ravel()[end] != np.round(
+        solution.junction_plane[junction[end], 0], defaults.RECORD_DECIMALS
+    )
+    out[junction[end[rise | (solution.end_grade.ravel()[end] != 0.0)]]] = True
+    return np.asarray(out)
 
 
 def _uneven_profiles(
@@ -224,12 +238,17 @@ def _fit_superelevation(
     begin, end = np.tan(ends)
     cross = cross + along.blend(reach, (begin - cross[first], zero, end - cross[last], zero))[0]
     cross[first], cross[last] = begin, end
-    superelevation = _limit_twist(along, np.arctan(cross), _largest_twist(problem, connectors), ends)
+    most, at_ends = _largest_twist(problem, connectors), _end_twist(connectors, solution, ends)
+    superelevation = _limit_twist(along, np.arctan(cross), most, ends)
     superelevation[first], superelevation[last] = ends
+    # Between warped arms the surface is nearly their plane, which turns under a road as a cubic does.
+    warped = np.zeros(len(along.length), bool) if problem.warped is None else problem.warped[connectors.junction]
+    bent, bent_twist = along.blend(along.length, (ends[0], at_ends[0], ends[1], at_ends[1]))
+    superelevation = np.where(warped[along.curve], bent, superelevation)
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
     tilted = (_largest(along.start, np.abs(superelevation)) > tolerance) | ends.any(axis=0)
-    twist = _differences(along, superelevation)
-    twist[first], twist[last] = _end_twist(connectors, solution, ends)
+    twist = np.where(warped[along.curve], bent_twist, _differences(along, superelevation))
+    twist[first], twist[last] = at_ends
     records = fit_records(
         along.start, along.length, superelevation, twist, tolerance, defaults.CONNECTOR_TWIST_TOLERANCE
     )
@@ -258,7 +277,7 @@ def _end_twist(connectors: ConnectorProblem, solution: ProfileSolution, ends: Fl
     grade = np.stack(
         [end_state(solution, connectors.start_end, True)[1], end_state(solution, connectors.end_end, False)[1]]
     )
-    return np.where(ends != 0.0, -bend * grade, 0.0)
+    return np.clip(np.where(ends != 0.0, -bend * grade, 0.0), -_LARGEST_END_TWIST, _LARGEST_END_TWIST)
 
 
 def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:

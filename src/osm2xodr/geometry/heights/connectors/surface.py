@@ -29,8 +29,8 @@ _UNIT: Final = 10.0
 # How far the surface may pass by what is given, as a variance beside that of the surface over one unit of length:
 # heights and grades. Arms that all but touch contradict each other.
 
-_HEIGHT_SLACK: Final = 0.02
-_GRADE_SLACK: Final = 0.1
+_HEIGHT_SLACK: Final = 0.01
+_GRADE_SLACK: Final = 0.05
 # Narrower arms count as this wide on either side, m.
 _NARROWEST: Final = 0.5
 
@@ -47,7 +47,10 @@ class _Arms:
     # (A,) The stretch of t that connecting roads touch, m
     low: FloatArray
     high: FloatArray
-    tilt: FloatArray  # (A,) The plane's rise per metre of t, less the road's
+    # (A,) What the road has more than the plane: height, m, slope across, and grade along +s
+    height: FloatArray
+    tilt: FloatArray
+    grade: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,12 +83,15 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     order = used[np.argsort(junction[used], kind="stable")]
     start = np.searchsorted(junction[order], np.arange(len(problem.junction_xy) + 1)).astype(np.int64)
     x, y, hdg = (value[order] for value in end_poses(problem))
-    plane = solution.junction_plane[junction[order]]
-    tilt = -np.sin(hdg) * plane[:, 1] + np.cos(hdg) * plane[:, 2]
+    plane, origin = solution.junction_plane[junction[order]], problem.junction_xy[junction[order]]
+    rise = plane[:, 1] * (x - origin[:, 0]) + plane[:, 2] * (y - origin[:, 1])
+    height = solution.end_z.ravel()[order] - plane[:, 0] - rise
+    tilt = np.sin(hdg) * plane[:, 1] - np.cos(hdg) * plane[:, 2]
     if solution.end_superelevation is not None:
-        tilt = tilt - np.tan(solution.end_superelevation.ravel()[order])
+        tilt = tilt + np.tan(solution.end_superelevation.ravel()[order])
+    grade = solution.end_grade.ravel()[order] - np.cos(hdg) * plane[:, 1] - np.sin(hdg) * plane[:, 2]
     low, high = np.minimum(low[order], -_NARROWEST), np.maximum(high[order], _NARROWEST)
-    return _Arms(start, x, y, hdg, low, high, tilt)
+    return _Arms(start, x, y, hdg, low, high, height, tilt, grade)
 
 
 def junction_surfaces(
@@ -108,7 +114,7 @@ def junction_surfaces(
     cos, sin = np.cos(arms.hdg), np.sin(arms.hdg)
     x, y = (arms.x[:, None] - sin[:, None] * t).ravel(), (arms.y[:, None] + cos[:, None] * t).ravel()
     cos, sin = np.repeat(cos, len(share)), np.repeat(sin, len(share))
-    level = (-arms.tilt[:, None] * t).ravel()
+    height, grade = (arms.height[:, None] + arms.tilt[:, None] * t).ravel(), np.repeat(arms.grade, len(share))
     start = len(share) * arms.start
     height_weight, grade_weight = np.zeros((2, len(x)))
     linear = np.zeros_like(planes)
@@ -117,14 +123,16 @@ def junction_surfaces(
         group = np.flatnonzero(count == n)
         at = start[group][:, None] + np.arange(n)
         dx, dy = (v[at] - origin[group, k, None] for k, v in enumerate((x, y)))
-        weights = _solve_kernels(dx / _UNIT, dy / _UNIT, cos[at], sin[at], level[at])
+        weights = _solve_kernels(dx / _UNIT, dy / _UNIT, cos[at], sin[at], height[at], grade[at])
         height_weight[at], grade_weight[at] = weights[:, :n], weights[:, n : 2 * n]
         linear[group] = weights[:, 2 * n :] / [1.0, _UNIT, _UNIT]
     return JunctionSurfaces(planes, origin, start, x, y, cos, sin, height_weight, grade_weight, linear)
 
 
-def _solve_kernels(x: FloatArray, y: FloatArray, cos: FloatArray, sin: FloatArray, level: FloatArray) -> FloatArray:
-    """Return the weights, (j, 2 n + 3), of surfaces that have heights and no grade at stations, all (j, n)."""
+def _solve_kernels(
+    x: FloatArray, y: FloatArray, cos: FloatArray, sin: FloatArray, height: FloatArray, grade: FloatArray
+) -> FloatArray:
+    """Return the weights, (j, 2 n + 3), of surfaces that have heights and grades at stations, all (j, n)."""
     junctions, n = x.shape
     dx, dy = x[:, :, None] - x[:, None, :], y[:, :, None] - y[:, None, :]
     r = np.hypot(dx, dy)
@@ -142,7 +150,7 @@ def _solve_kernels(x: FloatArray, y: FloatArray, cos: FloatArray, sin: FloatArra
     matrix[:, : 2 * n, 2 * n :] = np.concatenate([linear, slope], axis=1)
     matrix[:, 2 * n :, : 2 * n] = matrix[:, : 2 * n, 2 * n :].swapaxes(1, 2)
     right = np.zeros((junctions, 2 * n + 3, 1))
-    right[:, :n, 0] = level
+    right[:, :n, 0], right[:, n : 2 * n, 0] = height, grade * _UNIT
     return np.asarray(np.linalg.solve(matrix, right)[:, :, 0])
 
 

@@ -1,12 +1,13 @@
 """Superelevation: how roads slope across.
 
 `cross_slope` of fast roads, as measured or designed · `crossfall` that they are designed with · `lane_grades` a
-little of it that spares lanes steps of their grade
+little of it that spares lanes steps of their grade · `warp` of arms on hillsides
 """
 
 from __future__ import annotations
 
 from osm2xodr.geometry.heights.superelevation.cross_slope import road_superelevation
 from osm2xodr.geometry.heights.superelevation.lane_grades import ease_lane_grades
+from osm2xodr.geometry.heights.superelevation.warp import sloping_junctions, warp_ends, warp_profiles
 
-__all__ = ["ease_lane_grades", "road_superelevation"]
+__all__ = ["ease_lane_grades", "road_superelevation", "sloping_junctions", "warp_ends", "warp_profiles"]
