@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -153,9 +153,15 @@ def solve(
     ground: Ground,
     junctions: Sequence[tuple[float, float]] = (),
     options: ElevationOptions | None = None,
+    connectors: Callable[[ProfileProblem], ConnectorProblem] | None = None,
+    warped: bool = False,
 ) -> Solved:
-    """Solve for the heights of the roads."""
+    """Solve for the heights of the roads, with connecting roads through all junctions, whose arms may be warped."""
     problem = make_problem(roads, junctions)
+    if connectors is not None:
+        problem = replace(problem, connectors=connectors(problem))
+    if warped:
+        problem = replace(problem, warped=np.ones(len(problem.junction_xy), bool))
     diagnostics = Diagnostics()
     return Solved(problem, solve_profiles(problem, ground, diagnostics, options), diagnostics)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elevation_helpers import RoadSpec, make_problem, straight
@@ -18,6 +20,7 @@ from osm2xodr.geometry.heights.elements import (
     hermite,
     hermite_slope,
     number_unknowns,
+    on_plane,
     tension_matrices,
 )
 
@@ -126,16 +129,39 @@ def test_unknowns_are_planes_then_free_ends_then_inner_knots() -> None:
     elements = build_elements(problem, 40.0)
     unknowns = number_unknowns(problem, elements)
     assert elements.knot_s.tolist() == [0.0, 25.0, 50.0, 0.0, 40.0, 80.0, 0.0, 30.0]
-    # Three of the plane; the common start, and the free ends of the second and of the third road; two inner knots.
-    assert unknowns.to_knots.shape == (16, 13)
+    # Three of the plane; the common start, both ends at the junction, the free ends of the second and of the third
+    # road; two inner knots.
+    assert unknowns.to_knots.shape == (16, 17)
     assert unknowns.junctions == 1
-    assert unknowns.z_columns.tolist() == [0, 3, 5, 7, 9, 11]
-    assert unknowns.end_node.tolist() == [1, 0, 0, 2, 1, 3]
-    # A plane of height 7 and slopes 0.1 and 0.2; the common start is 4 m high and rises by 0.05 along the first.
-    knots = (unknowns.to_knots @ np.r_[7.0, 0.1, 0.2, 4.0, 0.05, np.arange(5.0, 13.0)]).reshape(-1, 2)
-    assert knots[[2, 3]].tolist() == [pytest.approx([6.5, 0.1]), pytest.approx([9.0, 0.2])]
+    assert unknowns.z_columns.tolist() == [0, 3, 5, 7, 9, 11, 13, 15]
+    assert unknowns.end_node[[1, 2]].tolist() == [0, 0]
+    assert unknowns.end_node[0] == unknowns.end_node[4]
+    assert len(set(unknowns.end_node.tolist())) == 4
+    # The common start is 4 m high and rises by 0.05 along the first road.
+    knots = (unknowns.to_knots @ np.r_[7.0, 0.1, 0.2, 4.0, 0.05, np.arange(5.0, 17.0)]).reshape(-1, 2)
     assert knots[[0, 6]].tolist() == [[4.0, 0.05], [4.0, -0.05]]
-    assert knots[[5, 7, 1, 4]].tolist() == [[5.0, 6.0], [7.0, 8.0], [9.0, 10.0], [11.0, 12.0]]
+    # Road ends at junctions have heights and grades of their own.
+    assert knots[[2, 3, 5, 7]].tolist() == [[5.0, 6.0], [7.0, 8.0], [9.0, 10.0], [11.0, 12.0]]
+    assert knots[[1, 4]].tolist() == [[13.0, 14.0], [15.0, 16.0]]
+
+
+def test_where_crossfall_runs_through_a_junction_its_roads_end_on_its_plane() -> None:
+    roads = [straight((0.0, 0.0), (50.0, 0.0), end=0), straight((55.0, 10.0), (55.0, 40.0), start=0, end=1)]
+    problem = replace(make_problem(roads, [(55.0, 0.0), (55.0, 45.0)]), carried=np.array([True, False]))
+    unknowns = number_unknowns(problem, build_elements(problem, 60.0))
+    # Six of the planes, the free start of the first road and the end of the second.
+    assert unknowns.to_knots.shape == (8, 10)
+    assert unknowns.z_columns.tolist() == [0, 3, 6, 8]
+    assert on_plane(problem).tolist() == [False, True, True, False]
+    # A plane of height 7 and slopes 0.1 and 0.2.
+    knots = (unknowns.to_knots @ np.r_[7.0, 0.1, 0.2, 90.0, 91.0, 92.0, 3.0, 4.0, 5.0, 6.0]).reshape(-1, 2)
+    assert knots[[1, 2]].tolist() == [pytest.approx([6.5, 0.1]), pytest.approx([9.0, 0.2])]
+    assert knots[[0, 3]].tolist() == [[3.0, 4.0], [5.0, 6.0]]
+
+
+def test_without_junctions_no_end_lies_on_a_plane() -> None:
+    problem = replace(make_problem([straight((0.0, 0.0), (50.0, 0.0))]), carried=np.zeros(0, bool))
+    assert on_plane(problem).tolist() == [False, False]
 
 
 @pytest.mark.parametrize("link", [2, 5, 0])

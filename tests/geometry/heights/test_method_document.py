@@ -1,31 +1,16 @@
-"""The method document against the code: constants, symbols, modules."""
+"""The method document against the code: kinds of observations, modules and names."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
-import pytest
-
 from osm2xodr.geometry import heights
-from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.observations import Kind
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "method" / "heights.md").read_text("utf-8")
-CONSTANTS = {name: value for name, value in vars(defaults).items() if name.isupper()}
-
-
-def shown(value: object) -> str:
-    """Return a value as the document writes it."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {item:g}" for key, item in value.items())
-    if isinstance(value, tuple):
-        return ", ".join(f"({shown(item)})" if isinstance(item, tuple) else f"{item:g}" for item in value)
-    assert isinstance(value, (int, float))
-    return f"{value:g}"
 
 
 def rows(name: str) -> list[list[str]]:
@@ -34,31 +19,8 @@ def rows(name: str) -> list[list[str]]:
     return [[first, *(cell.strip() for cell in rest.split("|"))] for first, rest in found]
 
 
-@pytest.mark.parametrize("name", CONSTANTS)
-def test_every_parameter_is_explained_with_its_value(name: str) -> None:
-    ((_, symbol, value, unit, source),) = rows(name)
-    assert value == shown(CONSTANTS[name])
-    assert unit
-    assert source
-    # The symbol is that of a formula.
-    assert not symbol or DOCUMENT.count(symbol.strip("$").split(",")[0].strip("()")) > 1
-
-
-def test_no_parameter_is_explained_that_is_not_there() -> None:
-    assert {row[0] for row in rows("[A-Z_]+")} - set(Kind.__members__) == set(CONSTANTS)
-
-
 def test_every_kind_of_observation_is_explained() -> None:
     assert {row[0] for row in rows("[A-Z_]+")} >= set(Kind.__members__)
-
-
-SETTINGS = rows(r"[a-z_.]+\.\w+")
-
-
-@pytest.mark.parametrize(("name", "value"), [row[:2] for row in SETTINGS], ids=[row[0] for row in SETTINGS])
-def test_settings_of_the_numerical_methods_have_their_values(name: str, value: str) -> None:
-    module, constant = name.rsplit(".", 1)
-    assert value == shown(getattr(import_module(f"{heights.__name__}.{module}"), constant))
 
 
 def test_the_modules_that_the_document_names_are_there() -> None:

@@ -23,7 +23,12 @@ def row(*values: float) -> sp.csr_matrix:
 
 
 def observe(
-    rows: sp.csr_matrix, z: list[float], weight: float = 1.0, above: float = 1e6, below: float = 1e6
+    rows: sp.csr_matrix,
+    z: list[float],
+    weight: float = 1.0,
+    above: float = 1e6,
+    below: float = 1e6,
+    kind: Kind = Kind.ROAD_HEIGHT,
 ) -> Observations:
     n = len(z)
     return Observations(
@@ -31,7 +36,7 @@ def observe(
         np.array(z),
         weight=np.full(n, weight),
         sigma=np.ones(n),
-        kind=np.full(n, Kind.ROAD_HEIGHT, np.int64),
+        kind=np.full(n, kind, np.int64),
         above=np.full(n, above),
         below=np.full(n, below),
         canopy=np.zeros(n, bool),
@@ -104,20 +109,30 @@ def test_limits_against_each_other_settle() -> None:
     assert x == pytest.approx([1.75], abs=1e-3)
 
 
-def test_outlier_loses_its_weight_on_the_side_where_it_is_not_trusted() -> None:
+def test_tag_that_is_far_off_loses_its_weight_on_the_side_where_it_is_not_trusted() -> None:
     rows = sp.csr_matrix(np.ones((5, 1)))
     heights = [0.0, 0.1, -0.1, 0.0, 9.0]
     free = bound(row(1.0), -np.inf, np.inf, 1.0)
-    x, factors = solve(observe(rows, heights, above=1.0, below=30.0), free)
+    x, factors = solve(observe(rows, heights, above=1.0, below=30.0, kind=Kind.TAGGED_HEIGHT), free)
     assert x[0] == pytest.approx(0.0, abs=0.1)
     assert factors[4] < 0.01 < 0.9 < factors[0]
-    trusted, _ = solve(observe(rows, heights, above=30.0, below=30.0), free)
+    trusted, _ = solve(observe(rows, heights, above=30.0, below=30.0, kind=Kind.TAGGED_HEIGHT), free)
     assert trusted[0] == pytest.approx(1.8, abs=0.3)
+
+
+def test_bare_ground_pulls_with_a_constant_force_however_far_off_it_is() -> None:
+    # Huber's loss: the sum of x, x - 0.1, x + 0.1 and x, all within one standard error, is the force of the last one.
+    rows = sp.csr_matrix(np.ones((5, 1)))
+    free = bound(row(1.0), -np.inf, np.inf, 1.0)
+    for far in (9.0, 50.0):
+        x, factors = solve(observe(rows, [0.0, 0.1, -0.1, 0.0, far], above=1.0, below=1.0), free)
+        assert x == pytest.approx([0.25], abs=0.02)
+        assert factors == pytest.approx([1.0] * 4 + [1.0 / (far - 0.25)], rel=0.01)
 
 
 def test_what_another_road_bends_a_road_away_from_is_no_outlier() -> None:
     # A limit lifts the road 4 m above two heights: they are outliers if it is the road's own.
-    heights = observe(sp.csr_matrix(np.ones((2, 1))), [0.0, 0.0], above=1.0, below=1.0)
+    heights = observe(sp.csr_matrix(np.ones((2, 1))), [0.0, 0.0], above=1.0, below=1.0, kind=Kind.TAGGED_HEIGHT)
     for own, factor in ((True, 0.01), (False, 1.0)):
         x, factors = solve(heights, bound(row(1.0), 4.0, np.inf, 1e4, own=own))
         assert x == pytest.approx([4.0], abs=0.01)

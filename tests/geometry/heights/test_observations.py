@@ -14,6 +14,7 @@ from osm2xodr.geometry.heights import Pins, solve_profiles
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.observations import (
     Kind,
+    earthwork_samples,
     observe_cut_bridges,
     observe_dual_carriageways,
     observe_ele,
@@ -42,7 +43,9 @@ def reading(count: int, z: float = 0.0, sigma: float = 2.0, cell: float = 10.0, 
     """Return heights of one quality whose errors are correlated over 25 m."""
     every = np.ones(count)
     flags = every > 0, (every > 0) & covered
-    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, *flags, np.nan * every, 0 * every)
+    return Reading(
+        z * every, z * every, sigma * every, 25.0 * every, cell * every, *flags, np.nan * every, 0 * every, 0 * every
+    )
 
 
 def test_sample_weighs_as_its_length_of_road() -> None:
@@ -215,6 +218,52 @@ def test_robust_factors_are_those_of_cauchy_and_of_geman_and_mcclure() -> None:
     cauchy = block.robust_factors(residual, block.sigma, geman_mcclure=False)
     assert cauchy == pytest.approx([0.5, 0.2, 0.5, 1e-3])
     assert block.robust_factors(residual, block.sigma, geman_mcclure=True) == pytest.approx([0.25, 0.04, 0.25, 1e-3])
+
+
+def test_bare_ground_keeps_weight_as_huber_would_have_it() -> None:
+    """Its force stays the same however far off it is, in both rounds: no ground is ever dropped."""
+    network = network_of([straight((0.0, 0.0), (40.0, 0.0), start=0)], [(-5.0, 0.0)])
+    blocks = [
+        observe_ground(network, reading(4), np.ones(4), 0.0),
+        observe_junctions(network, replace(reading(1), covered=np.zeros(1, bool)), 0.0),
+    ]
+    for block, residual in zip(blocks, (np.array([3.0, -6.0, 12.0, -600.0]), np.array([60.0])), strict=True):
+        assert block.bare.all()
+        # Three standard errors of 2 m.
+        expected = np.minimum(1.0, 6.0 / np.abs(residual))
+        for geman_mcclure in (False, True):
+            found = block.robust_factors(residual, block.sigma, geman_mcclure=geman_mcclure)
+            assert found == pytest.approx(expected)
+    assert not observe_ground(network, reading(4, covered=True), np.ones(4), 0.0).bare.any()
+    assert not observe_inclines(network_of([straight((0.0, 0.0), (40.0, 0.0), grade=0.1)], [])).bare.any()
+
+
+def test_hill_that_limits_push_a_road_from_is_not_dropped() -> None:
+    # A knoll of 10 m that a motorway cuts through: twice as heavy ground keeps pulling, so it stands out more.
+    def cut(sigma: float) -> float:
+        ground = Ground(lambda x, y: 10.0 * np.exp(-((x / 40.0) ** 2)), cell_size=10.0, sigma=sigma)
+        found = solve([straight((-400.0, 0.0), (400.0, 0.0), highway="motorway")], ground)
+        return float(found.z(0, 400.0)[0])
+
+    loose, usual, precise = cut(4.0), cut(1.0), cut(0.2)
+    assert loose < usual < precise
+    assert precise > 7.0
+
+
+def test_cuts_and_fills_count_on_bare_measured_ground_away_from_structures() -> None:
+    network = network_of([straight((0.0, 0.0), (400.0, 0.0), spans=[(0.0, 0, 0), (200.0, 1, 1), (240.0, 0, 0)])], [])
+    found = reading(40)
+    found = replace(found, measured=np.arange(40) != 2, covered=np.arange(40) == 3)
+    counts = earthwork_samples(network, found)
+    s = network.samples.s
+    wanted = (s < 140.0) | (s > 300.0)
+    wanted[[2, 3]] = False
+    assert counts.tolist() == wanted.tolist()
+    # Half a cell where that is more.
+    coarse = earthwork_samples(network, replace(found, cell=np.full(40, 200.0)))
+    assert s[coarse].min() == 5.0
+    assert s[coarse].max() == 395.0
+    assert not coarse[(s > 100.0) & (s < 340.0)].any()
 
 
 def test_distance_to_portals_reaches_over_nodes() -> None:

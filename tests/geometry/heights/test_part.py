@@ -34,7 +34,9 @@ def test_some_roads_make_the_problem_that_they_would_make_alone() -> None:
 
 def test_connecting_roads_between_them_come_along() -> None:
     connector = connector_between((100.0, 0.0), (110.0, 0.0), (1, 4))
-    problem = replace(four_roads()[1], connectors=connector, carried=np.array([True, False]))
+    problem = replace(
+        four_roads()[1], connectors=connector, carried=np.array([True, False]), warped=np.array([False, True])
+    )
     part = chosen_roads(problem, np.array([0, 2], np.int64))
     assert part.connectors is not None
     assert part.carried is not None
@@ -42,6 +44,8 @@ def test_connecting_roads_between_them_come_along() -> None:
     assert part.connectors.end_end.tolist() == [2]
     assert part.connectors.junction.tolist() == [0]
     assert part.carried.tolist() == [True]
+    assert part.warped is not None
+    assert part.warped.tolist() == [False]
     other = chosen_roads(problem, np.array([2, 3], np.int64))
     assert other.connectors is not None
     assert len(other.connectors.junction) == 0

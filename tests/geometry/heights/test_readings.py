@@ -10,7 +10,7 @@ from elevation_helpers import Ground, in_cells, make_problem, solve, straight
 
 from osm2xodr.geometry.heights.elements import build_elements, build_samples
 from osm2xodr.geometry.heights.ground import Ground as GroundEstimate
-from osm2xodr.geometry.heights.readings import Reading, noise_length, read_heights, road_spacing, typical_density
+from osm2xodr.geometry.heights.readings import Reading, noise_length, read_heights, road_spacing, typical_ground
 from osm2xodr.model import FloatArray
 
 
@@ -48,30 +48,37 @@ def test_roads_are_cut_as_finely_as_the_finest_model_along_them() -> None:
     assert samples.ds[elements.road[samples.element] == 0].max() <= 3.0
 
 
-def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
+def typical(reading: Reading, cell: list[float]) -> list[object]:
+    """Return the typical weight per metre of road, 1/m³, and standard error, m, on cells of these sizes."""
+    density, sigma = typical_ground(reading, np.array(cell))
+    return [density.tolist(), sigma.tolist()]
+
+
+def test_typical_ground_is_that_of_cells_of_the_same_size() -> None:
     n = np.ones(4)
     cell = np.array([1.0, 1.0, 30.0, 30.0])
-    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0, np.nan * n, 0 * n)
-    assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
+    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0, np.nan * n, 0 * n, 0 * n)
+    density, sigma = typical(reading, [1.02, 29.5])
+    assert density == pytest.approx([10.0, 0.025])
+    assert sigma == pytest.approx([0.1, 2.0])
 
 
 def test_what_is_not_measured_weighs_nothing_unless_nothing_is() -> None:
     """1 / (correlation sigma²) of guesses, and the median of three."""
     n = np.ones(3)
-    sigma = np.array([1.0, 2.0, 4.0])
-    reading = Reading(n, n, sigma, 10 * n, 30 * n, n > 0, n < 0, n, 0 * n)
-    assert typical_density(reading, np.array([30.0])) == pytest.approx([0.1 / 4.0])
+    reading = Reading(n, n, np.array([1.0, 2.0, 4.0]), 10 * n, 30 * n, n > 0, n < 0, n, 0 * n, 0 * n)
+    assert typical(reading, [30.0]) == [pytest.approx([0.1 / 4.0]), [2.0]]
     first = replace(reading, measured=np.array([True, False, False]))
-    assert typical_density(first, np.full(2, 30.0)) == pytest.approx([0.1, 0.1])
-    assert typical_density(replace(reading, measured=n < 0), np.array([30.0, 1.0])) == pytest.approx([0.1 / 4.0] * 2)
-    none = reading.part(slice(0))
-    assert typical_density(none, np.array([30.0])).tolist() == [1.0]
+    assert typical(first, [30.0, 30.0]) == [pytest.approx([0.1, 0.1]), [1.0, 1.0]]
+    nowhere = replace(reading, measured=n < 0)
+    assert typical(nowhere, [30.0, 1.0]) == [pytest.approx([0.1 / 4.0] * 2), [2.0, 2.0]]
+    assert typical(reading.part(slice(0)), [30.0]) == [[1.0], [1.0]]
 
 
 def test_cells_of_a_size_that_was_not_measured_weigh_as_all() -> None:
-    n = np.ones(3)
-    reading = Reading(n, n, np.array([1.0, 1.0, 2.0]), 10 * n, np.array([1.0, 1.0, 30.0]), n > 0, n < 0, n, 0 * n)
-    assert typical_density(reading, np.array([1.0, 30.0, 9.0])) == pytest.approx([0.1, 0.025, 0.1])
+    n, cell = np.ones(3), np.array([1.0, 1.0, 30.0])
+    reading = Reading(n, n, np.array([1.0, 1.0, 2.0]), 10 * n, cell, n > 0, n < 0, n, 0 * n, 0 * n)
+    assert typical(reading, [1.0, 30.0, 9.0]) == [pytest.approx([0.1, 0.025, 0.1]), [1.0, 2.0, 1.0]]
 
 
 @pytest.mark.parametrize(("cell", "knots"), [(0.0, 12.0), (4.9, 12.0), (5.0, 25.0), (19.9, 25.0), (20.0, 60.0)])
@@ -107,7 +114,8 @@ def test_slope_across_is_read_to_both_sides(hdg: float, cell: float, wide: float
 
     surface = Ground(height, cell_size=cell, sigma=0.5)
     found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
-    assert found.sigma == pytest.approx(np.full(20, np.hypot(0.5, wide * (2.0 + 0.17 * cell))), rel=1e-6)
+    assert found.sigma == pytest.approx(np.full(20, np.hypot(0.5, wide * 0.17 * cell)), rel=1e-6)
+    assert found.across == pytest.approx(np.full(20, wide))
     # Known on one side only: nothing is known of the slope.
     surface.known = lambda x, y: np.asarray(y * along[0] - x * along[1] < 1.0)
     found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
@@ -148,14 +156,17 @@ def test_noise_is_correlated_over_cells_and_a_least_length() -> None:
     assert noise_length(np.array([0.5, 10.0])) == pytest.approx([2.0, 17.0])
 
 
-@pytest.mark.parametrize(("sigma", "slope", "expected"), [(0.0, 0.0, 0.05), (1.0, 0.0, 1.0), (0.0, 0.3, 1.11)])
+@pytest.mark.parametrize(
+    ("sigma", "slope", "expected"), [(0.0, 0.0, 0.05), (1.0, 0.0, 1.0), (0.0, 0.3, 0.5124), (0.0, -0.3, 0.5124)]
+)
 def test_standard_error_has_a_least_and_a_part_for_the_position(sigma: float, slope: float, expected: float) -> None:
     problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
     samples = build_samples(problem, build_elements(problem, 50.0), np.array([10.0]))
     surface = Ground(lambda x, y: slope * y, cell_size=10.0, sigma=sigma)
     found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
-    # The road lies 2 m plus 0.17 cells beside its line.
-    assert found.sigma == pytest.approx(np.full(20, expected), abs=2e-3)
+    # Cells do not show by how much roads of 0.17 of their size are cut into the slope.
+    assert found.sigma == pytest.approx(np.full(20, expected), abs=2e-4)
+    assert found.across == pytest.approx(np.full(20, slope))
     assert found.correlation.tolist() == [17.0] * 20
 
 

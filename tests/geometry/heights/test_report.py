@@ -32,7 +32,7 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     at = np.array([50.0])
     crossings = Crossings(road, at, road + 1, at, np.array([5.2]), road, np.zeros((1, 2)))
     no_road = np.zeros(0, np.int64)
-    reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none)
+    reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none, none)
     low, no = np.array([-0.04]), np.zeros(1, bool)
     outcome = Outcome(none, none, none, reading, no, none, none, crossings, low, no, no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
@@ -146,6 +146,7 @@ def by_hand() -> tuple[Network, Outcome]:
         measured,
         np.zeros(30, bool),
         np.ones(30),
+        np.zeros(30),
         np.zeros(30),
     )
     grade = np.full(len(elements.h), 0.05)
@@ -319,7 +320,7 @@ def test_ten_roads_are_named_at_most() -> None:
     _, outcome = by_hand()
     none, every = np.zeros(0), np.ones(12)
     nowhere = np.zeros(0, np.int64)
-    reading = Reading(every, every, every, every, every, every > 0, every < 0, every, 0.0 * every)
+    reading = Reading(every, every, every, every, every, every > 0, every < 0, every, 0.0 * every, 0.0 * every)
     outcome = Outcome(
         z=1.0 + 6.0 + np.arange(12.0),
         knots=np.zeros((24, 2)),

@@ -36,3 +36,11 @@ def test_cars_are_fastest_before_a_bend_begins() -> None:
     # A wheelbase of 2.7 m that ends where the bend begins is straight.
     assert fastest_around(plan, road, place, posted) == pytest.approx([14.0, np.sqrt(3.0 / 0.1)])
     assert driven_speeds(plan, road, place, posted)[0] == pytest.approx(np.sqrt(3.0 / 0.05))
+
+
+def test_cars_are_as_slow_at_the_ends_of_a_bend_as_inside_it() -> None:
+    plan = plan_view([RoadSpec(0.0, 0.0, 0.0, 20.0, curvature=1.0 / 12.0)])
+    s = np.array([0.0, 0.4, 10.0, 20.0])
+    # 3 m/s² sideways in a bend of 12 m; half a wheelbase of it counts for a whole one.
+    found = fastest_around(plan, np.zeros(4, np.int64), s, np.full(4, 14.0))
+    assert found == pytest.approx(np.full(4, 6.0), rel=1e-6)

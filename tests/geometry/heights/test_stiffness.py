@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elevation_helpers import Ground, RoadSpec, make_problem, solve, straight
@@ -11,6 +13,7 @@ from osm2xodr.geometry.heights.crossings import find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, hermite, number_unknowns
 from osm2xodr.geometry.heights.stiffness import (
     Chains,
+    arm_deviations,
     bridges_above,
     deflection_stiffness,
     find_chains,
@@ -85,6 +88,51 @@ def test_junctions_tend_to_be_level() -> None:
     matrix = network_stiffness(network, find_chains(problem, elements), np.array([5e-5])).toarray()
     # Across its only road nothing else resists the tilt.
     assert matrix[2, :3] == pytest.approx([0.0, 0.0, 1.0 / 0.3**2])
+
+
+def spoked(distance: float) -> Network:
+    """Return a road of 45 m that ends so far from its junction's origin, m, and another one whose end is carried."""
+    roads = [
+        straight((distance, 0.0), (distance + 45.0, 0.0), start=0),
+        straight((200.0, 245.0), (200.0, 205.0), end=1),
+    ]
+    problem = replace(make_problem(roads, [(0.0, 0.0), (200.0, 200.0)]), carried=np.array([False, True]))
+    elements = build_elements(problem, 50.0)
+    samples = build_samples(problem, elements, np.full(2, 10.0))
+    return Network(problem, elements, samples, number_unknowns(problem, elements))
+
+
+def test_arms_deviate_from_the_planes_of_their_junctions() -> None:
+    network = spoked(5.0)
+    end, distance, height, grade = arm_deviations(network)
+    assert end.tolist() == [0]
+    assert distance == pytest.approx([5.0])
+    # A plane 7 m high that rises by 0.1 to the east, and an arm 1 m above it that climbs by 0.04 more.
+    x = np.linalg.lstsq(network.unknowns.to_knots.toarray()[:2], np.array([8.5, 0.14]), rcond=None)[0]
+    x[:3] = 7.0, 0.1, 0.3
+    assert height @ x == pytest.approx([1.0])
+    assert grade @ x == pytest.approx([0.04])
+
+
+@pytest.mark.parametrize(("distance", "counted"), [(5.0, 5.0), (12.0, 12.0), (0.2, 1.0)])
+def test_arms_bend_away_from_their_planes_as_beams(distance: float, counted: float) -> None:
+    network, q = spoked(distance), 5e-5
+    matrix = network_stiffness(network, find_chains(network.problem, network.elements), np.array([q, q])).toarray()
+    to_knots = network.unknowns.to_knots.toarray()
+    _, _, height, grade = arm_deviations(network)
+    for dz, dg in ((1.0, 0.0), (0.0, 0.1), (0.3, -0.2), (1.0, 1.5 / counted)):
+        # The road beyond is straight: all the energy is that of the way to the junction's middle.
+        s = np.array([0.0, 45.0])
+        knots = np.zeros(len(to_knots))
+        knots[:4] = np.column_stack([dz + dg * s, [dg, dg]]).ravel()
+        x = np.linalg.lstsq(to_knots, knots, rcond=None)[0]
+        assert height @ x == pytest.approx([dz])
+        assert grade @ x == pytest.approx([dg])
+        # The cubic that leaves the plane at the middle, 0 and level there: z = a s² + b s³, energy 1 / q of z''².
+        d = counted
+        a, b = 3 * dz / d**2 - dg / d, dg / d**2 - 2 * dz / d**3
+        energy = 4 * a**2 * d + 12 * a * b * d**2 + 12 * b**2 * d**3
+        assert x @ matrix @ x == pytest.approx(energy / q, rel=1e-6)
 
 
 def test_leveling_pulls_roads_on_the_ground_alone() -> None:

@@ -67,3 +67,11 @@ def test_steeper_profiles_are_not_taken() -> None:
     grade[-1] = 0.25
     eased = ease_profiles(START, S, np.full(17, 14.0), z, grade, 0.1)
     assert np.abs(eased[1]).max() <= max(0.1, np.abs(grade).max()) + 1e-12
+
+
+def test_acceleration_at_a_sample_is_that_of_the_mean_curvature_of_both_sides() -> None:
+    # z'' is 0.02 up to 2 m and 0.06 from there on.
+    start, s = np.array([0, 3], np.int64), np.array([0.0, 2.0, 4.0])
+    z, grade = np.array([0.0, 0.04, 0.24]), np.array([0.0, 0.04, 0.16])
+    for speed, most in (((10.0, 1.0, 1.0), 2.0), ((1.0, 10.0, 1.0), 4.0), ((1.0, 1.0, 10.0), 6.0)):
+        assert largest_acceleration(start, s, np.array(speed), z, grade) == pytest.approx([most])

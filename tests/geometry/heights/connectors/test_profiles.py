@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.geometry.connections.pose_to_pose import connect as curves_between
-from osm2xodr.geometry.heights import ConnectorProblem, connector_profiles
+from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem, connector_profiles
 from osm2xodr.geometry.heights.connectors.profiles import _blend, _grade_along_lane, _limit_twist, _sample
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.elements import end_poses
@@ -39,26 +40,38 @@ class Connected:
 
 def connect(found: Solved, ways: list[tuple[int, int, float, float, RoadSpec]]) -> Connected:
     """Return connecting roads (road end left, road end reached, t at both, curve)."""
+    connectors = asked(found.problem, ways)
+    return Connected(connectors, *connector_profiles(found.problem, connectors, found.solution))
+
+
+def asked(problem: ProfileProblem, ways: list[tuple[int, int, float, float, RoadSpec]]) -> ConnectorProblem:
     start, end = np.array([w[0] for w in ways], np.int64), np.array([w[1] for w in ways], np.int64)
-    connectors = ConnectorProblem(
+    return ConnectorProblem(
         plan_view=plan_view([w[4] for w in ways]),
-        junction=found.problem.end_junction.ravel()[start],
+        junction=problem.end_junction.ravel()[start],
         start_end=start,
         end_end=end,
         start_t=np.array([w[2] for w in ways], np.float64),
         end_t=np.array([w[3] for w in ways], np.float64),
         half_width=np.full(len(ways), 1.6),
     )
-    return Connected(connectors, *connector_profiles(found.problem, connectors, found.solution))
 
 
-def lane_point(found: Solved, end: int, t: float) -> FloatArray:
-    x, y, hdg = (value[end] for value in end_poses(found.problem))
+def point_beside(problem: ProfileProblem, end: int, t: float) -> FloatArray:
+    x, y, hdg = (value[end] for value in end_poses(problem))
     return np.array([x - t * np.sin(hdg), y + t * np.cos(hdg)])
 
 
+def lane_point(found: Solved, end: int, t: float) -> FloatArray:
+    return point_beside(found.problem, end, t)
+
+
 def line(found: Solved, a: int, b: int, ta: float, tb: float) -> tuple[int, int, float, float, RoadSpec]:
-    p, q = lane_point(found, a, ta), lane_point(found, b, tb)
+    return line_of(found.problem, a, b, ta, tb)
+
+
+def line_of(problem: ProfileProblem, a: int, b: int, ta: float, tb: float) -> tuple[int, int, float, float, RoadSpec]:
+    p, q = point_beside(problem, a, ta), point_beside(problem, b, tb)
     return a, b, ta, tb, straight((p[0], p[1]), (q[0], q[1]))
 
 
@@ -67,7 +80,7 @@ ENDS = [1, 3, 4, 6]
 
 
 def crossing() -> tuple[Solved, Connected]:
-    found = solve(cross(trim=10.0), TILTED, [(0.0, 0.0)])
+    found = solve(cross(trim=10.0), TILTED, [(0.0, 0.0)], connectors=through(ENDS))
     ways = [line(found, 1, 4, t, t) for t in (-1.75, 1.75)] + [line(found, 3, 6, t, t) for t in (-1.75, 1.75)]
     return found, connect(found, ways)
 
@@ -93,19 +106,18 @@ def test_crossing_roads_have_one_height_where_they_cross() -> None:
             assert za == pytest.approx(zb, abs=0.012)
 
 
-def test_cross_slope_is_level_at_the_ends_and_that_of_the_plane_between() -> None:
-    found, made = crossing()
+def test_cross_slope_is_level_at_the_ends_and_that_of_the_ground_between() -> None:
+    _, made = crossing()
     length = lengths(made.connectors.plan_view)
     s = made.superelevation
     every = np.arange(4)
     assert cubic_value(s, every, np.zeros(4)) == pytest.approx(np.zeros(4), abs=1e-12)
     assert cubic_value(s, every, length) == pytest.approx(np.zeros(4), abs=1e-12)
     assert cubic_slope(s, every, length) == pytest.approx(np.zeros(4), abs=1e-12)
-    plane = found.solution.junction_plane[0, 1:]
     hdg = made.connectors.plan_view.hdg
-    across = -np.sin(hdg) * plane[0] + np.cos(hdg) * plane[1]
+    across = -np.sin(hdg) * 0.1 + np.cos(hdg) * 0.06
     middle = np.tan(cubic_value(s, every, 0.5 * length))
-    # Half-way the plane and both arms have their say.
+    # Half-way the arms that they cross and their own, which are level across, have their say.
     assert (middle / across > 0.2).all()
     assert (middle / across < 1.0).all()
 
@@ -137,8 +149,10 @@ def test_very_short_connecting_roads_do_not_overshoot(gap: float) -> None:
         straight((gap, 0.0), (200.0, 30.0), start=0),
         straight((gap, -0.5), (200.0, -120.0), start=0),
     ]
-    found = solve(roads, Ground(lambda x, y: 0.25 * y + 0.1 * x), [(0.0, 0.0)])
-    made = connect(found, [line(found, 1, 2, 0.0, 0.0), line(found, 1, 4, 0.0, 0.0)])
+    ground = Ground(lambda x, y: 0.25 * y + 0.1 * x)
+    lines = [(1, 2, 0.0, 0.0), (1, 4, 0.0, 0.0)]
+    found = solve(roads, ground, [(0.0, 0.0)], connectors=lambda p: asked(p, [line_of(p, *way) for way in lines]))
+    made = connect(found, [line(found, *way) for way in lines])
     for k, length in enumerate(lengths(made.connectors.plan_view)):
         s = np.linspace(0.0, float(length), 30)
         z = made.at(k, s)
@@ -171,18 +185,18 @@ def steps(made: Connected) -> FloatArray:
     return np.asarray(np.abs(z[a] - z[b])[apart])
 
 
-def all_ways(found: Solved, ends: list[int], t: float) -> Connected:
+def ways_between(problem: ProfileProblem, ends: list[int], t: float) -> ConnectorProblem:
     """Return curved connecting roads from each end to all others; all keep t to the right of the arms' middle."""
     pairs = np.array([(p, q) for p in ends for q in ends if p != q], np.int64).T
-    hdg = end_poses(found.problem)[2]
+    hdg = end_poses(problem)[2]
     leave, reach = pairs % 2 == np.array([[1], [0]])
     side = np.where(leave, -t, t), np.where(reach, -t, t)
     (x0, y0), (x1, y1) = (
-        np.array([lane_point(found, end, at) for end, at in zip(row.tolist(), t_row.tolist(), strict=True)]).T
+        np.array([point_beside(problem, end, at) for end, at in zip(row.tolist(), t_row.tolist(), strict=True)]).T
         for row, t_row in zip(pairs, side, strict=True)
     )
     turned = hdg[pairs[0]] + np.where(leave, 0.0, np.pi), hdg[pairs[1]] + np.where(reach, 0.0, np.pi)
-    connectors = ConnectorProblem(
+    return ConnectorProblem(
         plan_view=curves_between(x0, y0, turned[0], x1, y1, turned[1]),
         junction=np.zeros(pairs.shape[1], np.int64),
         start_end=pairs[0],
@@ -191,6 +205,16 @@ def all_ways(found: Solved, ends: list[int], t: float) -> Connected:
         end_t=side[1],
         half_width=np.full(pairs.shape[1], 1.6),
     )
+
+
+def through(ends: list[int]) -> Callable[[ProfileProblem], ConnectorProblem]:
+    """Return what asks for all connecting roads between ends."""
+    return lambda problem: ways_between(problem, ends, 1.6)
+
+
+def all_ways(found: Solved, ends: list[int], t: float) -> Connected:
+    """Return these connecting roads and their heights."""
+    connectors = ways_between(found.problem, ends, t)
     return Connected(connectors, *connector_profiles(found.problem, connectors, found.solution))
 
 
@@ -198,19 +222,21 @@ def all_ways(found: Solved, ends: list[int], t: float) -> Connected:
 @pytest.mark.parametrize("slope", [(0.12, 0.09), (0.16, 0.11)])
 def test_connecting_roads_of_a_steep_junction_agree(angle: float, slope: tuple[float, float]) -> None:
     # 15 and 19 % in all: the arms that run along the slope are steep, the others level.
-    found = solve(cross(trim=9.0, angle=angle), Ground(lambda x, y: slope[0] * x + slope[1] * y), [(0.0, 0.0)])
+    ground = Ground(lambda x, y: slope[0] * x + slope[1] * y)
+    found = solve(cross(trim=9.0, angle=angle), ground, [(0.0, 0.0)], connectors=through(ENDS), warped=True)
     # At 20 km/h none has to leave the surface because it bends too sharply.
     found.problem = replace(found.problem, span_speed=np.full(4, 20.0 / 3.6))
     apart = steps(all_ways(found, ENDS, 1.6))
-    assert len(apart) > 300
+    assert len(apart) > 250
     assert apart.max() < 0.03
     assert np.percentile(apart, 95) < 0.015
 
 
 @pytest.mark.parametrize(("half_gap", "most", "steepest"), [(3.4, 0.06, 0.1), (3.8, 0.024, 0.18), (4.5, 0.024, 0.18)])
 @pytest.mark.parametrize("rise", [0.08, 0.12, 0.15])
+@pytest.mark.parametrize("warped", [False, True])
 def test_connecting_roads_agree_where_carriageways_part_on_a_slope(
-    half_gap: float, most: float, steepest: float, rise: float
+    half_gap: float, most: float, steepest: float, rise: float, warped: bool
 ) -> None:
     # The carriageways leave side by side, 6 m wide, one above the other on the slope.
     roads = [
@@ -218,7 +244,8 @@ def test_connecting_roads_agree_where_carriageways_part_on_a_slope(
         straight((10.0, half_gap), (150.0, half_gap), start=0),
         straight((10.0, -half_gap), (150.0, -half_gap - 20.0), start=0),
     ]
-    found = solve(roads, Ground(lambda x, y: 0.02 * x + rise * y), [(0.0, 0.0)])
+    ground = Ground(lambda x, y: 0.02 * x + rise * y)
+    found = solve(roads, ground, [(0.0, 0.0)], connectors=through([1, 2, 4]), warped=warped)
     made = all_ways(found, [1, 2, 4], 1.6)
     assert steps(made).max() < most
     long = lengths(made.connectors.plan_view)
@@ -228,7 +255,8 @@ def test_connecting_roads_agree_where_carriageways_part_on_a_slope(
 
 
 def test_grade_of_a_connecting_road_is_the_slope_of_the_surface_along_it() -> None:
-    found = solve(cross(trim=9.0, angle=0.4), TILTED, [(0.0, 0.0)])
+    found = solve(cross(trim=9.0, angle=0.4), TILTED, [(0.0, 0.0)], connectors=through(ENDS))
+    found.problem = replace(found.problem, span_speed=np.full(4, 20.0 / 3.6))
     made = all_ways(found, ENDS, 1.6)
     surfaces = junction_surfaces(found.problem, made.connectors, found.solution)
     along = _sample(made.connectors)
@@ -251,8 +279,10 @@ def test_grade_does_not_swing_between_ramps_that_come_together() -> None:
         straight((-300.0, -8.0), (-8.0, -8.0), end=0, highway="motorway_link"),
         straight((45.0, 0.0), (300.0, 0.0), start=0, highway="motorway"),
     ]
-    found = solve(roads, Ground(lambda x, y: 50.0 - 0.036 * x + 0.07 * y), [(0.0, 0.0)])
-    made = connect(found, [line(found, 1, 4, 1.75, 1.75), line(found, 3, 4, 0.0, -1.75)])
+    ground = Ground(lambda x, y: 50.0 - 0.036 * x + 0.07 * y)
+    lines = [(1, 4, 1.75, 1.75), (3, 4, 0.0, -1.75)]
+    found = solve(roads, ground, [(0.0, 0.0)], connectors=lambda p: asked(p, [line_of(p, *way) for way in lines]))
+    made = connect(found, [line(found, *way) for way in lines])
     for k, length in enumerate(lengths(made.connectors.plan_view).tolist()):
         s = np.linspace(0.0, length, 200)
         grade = made.slope(k, s)
@@ -261,10 +291,11 @@ def test_grade_does_not_swing_between_ramps_that_come_together() -> None:
         assert np.abs(np.diff(grade)).max() / (s[1] - s[0]) < 0.0025
 
 
-@pytest.mark.parametrize(("highway", "most"), [("residential", 0.016), ("motorway", 0.0095)])
+@pytest.mark.parametrize(("highway", "most"), [("residential", 0.02), ("motorway", 0.0095)])
 def test_twist_stays_within_what_cars_follow(highway: str, most: float) -> None:
     roads = [replace(road, highway=highway) for road in cross(trim=7.0)]
-    found = solve(roads, Ground(lambda x, y: 0.14 * x + 0.1 * y, cell_size=1.0, sigma=0.05), [(0.0, 0.0)])
+    ground = Ground(lambda x, y: 0.14 * x + 0.1 * y, cell_size=1.0, sigma=0.05)
+    found = solve(roads, ground, [(0.0, 0.0)], connectors=through(ENDS))
     made = all_ways(found, ENDS, 1.6)
     tilted = np.flatnonzero(np.diff(made.superelevation.start))
     assert len(tilted) >= 4

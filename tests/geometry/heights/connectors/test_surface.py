@@ -64,8 +64,8 @@ def test_arms_end_almost_level_on_the_surface() -> None:
 
 
 def test_surface_is_smoother_than_what_clings_to_its_arms() -> None:
-    # Grades along the middle, from arm to arm, stay between those of a plane and twice its tilt.
-    found = solve(cross(trim=9.0, angle=0.0), TILTED, [(0.0, 0.0)])
+    # Grades along the middle, from arm to arm, stay close to that of the plane.
+    found = solve(cross(trim=9.0, angle=0.0), TILTED, [(0.0, 0.0)], warped=True)
     surfaces = surfaces_of(found, ENDS)
     x = np.linspace(-9.0, 9.0, 181)
     _, gx, _ = at(surfaces, x, np.zeros(181))
