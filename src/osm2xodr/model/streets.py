@@ -35,6 +35,7 @@ class LaneSpec:
     # The value of ``change:lanes`` for it, left and right as its drivers see them; empty where OSM says nothing
     change: str = ""
     access: Access = Access.ALL  # Which cars may drive on a lane for cars
+    speed: float | None = None  # Its own limit (``maxspeed:lanes``), m/s; None where that of its direction holds
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,7 +138,12 @@ def _section_borders(
 
 def _same_use(one: LaneSpec, other: LaneSpec) -> bool:
     """Return whether the same traffic may use a lane in two stretches."""
-    return (one.type, one.direction, one.access) == (other.type, other.direction, other.access)
+    return (one.type, one.direction, one.access, one.speed) == (
+        other.type,
+        other.direction,
+        other.access,
+        other.speed,
+    )
 
 
 def _ids(left: Sequence[RoadLane], right: Sequence[RoadLane]) -> dict[int, int]:
@@ -172,6 +177,11 @@ class _Run:
             *(self._lane(lane, marks) for lane in right),
         )
 
+    def _limit(self, spec: LaneSpec) -> float | None:
+        if spec.type not in VEHICLE_LANES:
+            return None
+        return self.attributes.speed_along(spec.direction) if spec.speed is None else spec.speed
+
     def _lane(self, lane: RoadLane, marks: dict[int, RoadMark]) -> Lane:
         spec, number = lane.spec(self.stretch), self.ids[id(lane)]
         return Lane(
@@ -181,7 +191,7 @@ class _Run:
             predecessor=self.behind.get(id(lane)),
             successor=self.ahead.get(id(lane)),
             road_mark=marks[number],
-            speed=self.attributes.speed_along(spec.direction) if spec.type in VEHICLE_LANES else None,
+            speed=self._limit(spec),
             access=spec.access,
         )
 

@@ -326,10 +326,14 @@ def directions(item: Stretch) -> set[Direction]:
     return {lane.direction for lane in (*item.section.left, *item.section.right)} - {Direction.BOTH}
 
 
+def _use(item: LaneSpec) -> tuple[Hashable, ...]:
+    return item.type, item.access, item.direction, item.speed
+
+
 def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
     def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[Hashable, ...]]:
         several = len(lanes) > 1
-        return [(item.type, item.access, item.direction, item.width, several and change_kind(item)) for item in lanes]
+        return [(*_use(item), item.width, several and change_kind(item)) for item in lanes]
 
     return (
         one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)

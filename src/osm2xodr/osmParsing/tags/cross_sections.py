@@ -168,7 +168,7 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
     widths = _widths(slots, usual, chosen, carriageway, parking_left + parking_right, findings)
     whole = Access.HOV if tags.get("hov") in KEPT_FOR_HOV else Access.ALL
     lanes_ltr = tuple(
-        LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole))
+        LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole), slot.speed)
         for (slot, runs), width in zip(lanes, widths, strict=True)
     )
     offset = placed_middle(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)

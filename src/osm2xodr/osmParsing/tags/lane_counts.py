@@ -23,6 +23,7 @@ _USERS: Final = ("bus", "psv", "bicycle")
 USER_TAGS: Final = (
     "oneway:bus",
     "oneway:psv",
+    "oneway:taxi",
     *(f"{user}:{way}" for user in _USERS for way in ("forward", "backward")),
 )
 _OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
@@ -93,6 +94,9 @@ def _oneway_groups(tags: Tags, direction: int, contraflow_bus: bool, findings: F
     elif 0 < against < tagged:
         tagged = along or tagged - against
         findings.append((Kind.DROPPED, "contraflow", "lanes against the direction of a one-way road are left out"))
+    elif any(tags.get(f"oneway:{user}") in NO_VALUES for user in ("bus", "psv", "taxi")):
+        words = "buses or taxis may drive against the one-way (oneway:bus, psv or taxi=no), but have no lane for it"
+        findings.append((Kind.DROPPED, "contraflow", words))
     slots = _oneway_slots(tags, side, tagged, findings)
     return LaneGroups(slots, contraflow) if direction > 0 else LaneGroups(contraflow, slots)
 
@@ -106,7 +110,8 @@ def _contraflow_slots(tags: Tags, side: str, tagged: int, known: bool, findings:
     opened = any(
         tags.get(f"oneway:{user}") in NO_VALUES or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")
     )
-    if known or (opened and tagged):
+    # Of two lanes and more one is that of the buses, though nothing counts it apart.
+    if known or (opened and (tagged or _count(tags, "lanes", []) > 1)):
         return (Slot(LaneType.BUS),) * max(tagged, 1)
     return ()
 
@@ -124,7 +129,7 @@ def _oneway_slots(tags: Tags, side: str, tagged: int, findings: Findings) -> tup
 
 def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
     total = _count(tags, "lanes", findings)
-    if any(f"{name}:lanes" in tags for name in ("turn", "width", "change")):
+    if any(f"{name}:lanes" in tags for name in ("turn", "width", "change", "maxspeed")):
         findings.append((Kind.DROPPED, "lane-lists", "lists of lanes of a two-way road name no direction, ignored"))
     slots: list[tuple[Slot, ...]] = []
     for way in ("forward", "both_ways", "backward"):
@@ -138,7 +143,7 @@ def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
         findings.append((Kind.GUESSED, _CODE, "one lane for both directions, made two narrow ones"))
         forward = backward = 1
     else:
-        forward, between, backward = _split(total, forward, between, backward, findings)
+        forward, between, backward = _split(total, forward, between, backward, _odd_side(tags), findings)
     groups: dict[str, tuple[Slot, ...]] = {}
     for way, own, count in (
         ("forward", slots[0], forward),
@@ -151,8 +156,22 @@ def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
     return LaneGroups(**groups, shared=shared)
 
 
-def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
-    """Divide the lanes of a two-way road into forward, both ways and backward; 0 stands for unknown."""
+def _odd_side(tags: Tags) -> str:
+    """Return the direction with more lanes for buses by their numbers; forward where they do not say."""
+    buses = [
+        max(parse_count(tags.get(f"lanes:{user}:{way}", ""))[0] or 0 for user in ("psv", "bus"))
+        for way in ("forward", "backward")
+    ]
+    return "backward" if buses[1] > buses[0] else "forward"
+
+
+def _split(
+    total: int, forward: int, between: int, backward: int, odd: str, findings: Findings
+) -> tuple[int, int, int]:
+    """Divide the lanes of a two-way road into forward, both ways and backward; 0 stands for unknown.
+
+    Where nothing else says, the `odd` lane runs in the direction of that name.
+    """
     if not total:
         if not forward and not backward:
             findings.append((Kind.GUESSED, _CODE, "no lanes given, one each way assumed"))
@@ -165,8 +184,10 @@ def _split(total: int, forward: int, between: int, backward: int, findings: Find
     rest = total - between
     if not forward and not backward:
         if rest % 2 and rest > 1:
-            findings.append((Kind.GUESSED, _CODE, f"{total} lanes without directions, the odd one runs forward"))
+            findings.append((Kind.GUESSED, _CODE, f"{total} lanes without directions, the odd one runs {odd}"))
         forward, backward = max((rest + 1) // 2, 1), max(rest // 2, 1)
+        if odd == "backward":
+            forward, backward = backward, forward
     elif not forward or not backward:
         forward = forward or max(rest - backward, 1)
         backward = backward or max(rest - forward, 1)

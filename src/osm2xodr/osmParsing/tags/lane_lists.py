@@ -21,14 +21,14 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MIN,
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES, KEPT_FOR_HOV
-from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, Tags, lowest_speed, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
 
 # Lists that say who may use lanes, and lists of other properties.
 _USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway", "hov")
-_OTHER_LISTS: Final = ("turn", "width", "change")
+_OTHER_LISTS: Final = ("turn", "width", "change", "maxspeed")
 LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
 TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
 CHANGE_TAGS: Final = tuple(f"change{way}" for way in DIRECTIONS)
@@ -61,6 +61,7 @@ class Slot:
     beside: bool = False  # Whether it is in addition to the lanes that lists and ``placement`` count
     change: str = ""  # Whether its drivers may leave it: value of ``change``; empty where OSM says nothing
     access: Access = Access.ALL  # Which cars may drive on it
+    speed: float | None = None  # Its own limit, m/s; None where OSM gives none
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:
@@ -117,6 +118,8 @@ def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Fin
                 slots[place] = replace(slots[place], change=read_change(value, findings))
             elif name == "width":
                 slots[place] = replace(slots[place], width=_width(value, findings))
+            elif name == "maxspeed":
+                slots[place] = replace(slots[place], speed=_speed(value, findings))
     if set(lists) == {"width"}:
         _mark_narrow(slots, tagged, findings)
     return tuple(slots)
@@ -183,6 +186,15 @@ def _access(users: Tags) -> Access:
     car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
     known = _ALLOWED if car in CLOSED_VALUES else KEPT_FOR_HOV
     return Access.HOV if car == "hov" or users.get("hov") in known else Access.ALL
+
+
+def _speed(text: str, findings: Findings) -> float | None:
+    speed, exact = lowest_speed(text)
+    if speed is None and text:
+        findings.append((Kind.DROPPED, "speed", f"{text!r} in maxspeed:lanes gives no fixed speed and is ignored"))
+    elif not exact:
+        findings.append((Kind.GUESSED, "speed", f"{text!r} in maxspeed:lanes has several, the lowest is taken"))
+    return speed
 
 
 def _width(text: str, findings: Findings) -> float | None:

@@ -140,6 +140,15 @@ def parse_speed(text: str) -> float | None:
     return None
 
 
+def lowest_speed(text: str) -> tuple[float | None, bool]:
+    """Read a speed limit as `parse_speed` does, of several the lowest; and whether there is only one."""
+    parts = [part for part in re.split(r"[;|]", text) if part.strip()]
+    if len(parts) < 2:
+        return parse_speed(text), True
+    speeds = [speed for part in parts if (speed := parse_speed(part)) is not None]
+    return min(speeds, default=None), False
+
+
 def _implicit_speed(text: str) -> float | None:
     """Read ``XX:context``: the limit in a country's law, or that of a zone such as ``DE:zone:30``."""
     country, _, context = text.partition(":")

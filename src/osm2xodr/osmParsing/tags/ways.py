@@ -25,7 +25,7 @@ from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours, widths_of_neighbours
 from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, max_height, structure_of, structure_tags
-from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, Tags, lowest_speed, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
     has_tram,
@@ -294,13 +294,16 @@ def _with_legal_speed(
 
 
 _speed_of = lru_cache(maxsize=1024)(parse_speed)
+_lowest_of = lru_cache(maxsize=1024)(lowest_speed)
 
 
 def _speed(tags: Tags, key: str, findings: Findings) -> float | None:
     text = tags.get(key)
     if text is None:
         return None
-    speed = _speed_of(text)
+    speed, exact = _lowest_of(text)
+    if speed is not None and not exact:
+        findings.append((Kind.GUESSED, "speed", f"{key}={text} has several limits, the lowest is taken"))
     if speed is None:
         findings.append((Kind.DROPPED, "speed", f"{key}={text} gives no fixed speed and is ignored"))
     return speed
