@@ -56,7 +56,11 @@ _BAD = ["", "x", "nan", "-1", "0", "1e300", "1e11", "-1e6", "5e-324", "-0.5"]
 
 
 def try_everything(folder: pytest.TempPathFactory, text: str) -> None:
-    file = read_text(folder.mktemp("damaged"), text)
+    try:
+        file = read_text(folder.mktemp("damaged"), text)
+    except InputError as error:
+        assert "a sound file can have" in str(error)  # noqa: PT017 - most damage can be read
+        return
     locator = Locator(file)
     places = locator.at_inertial(np.array([10.0, 50.0, 1e7]), np.array([2.0, -3.0, -1e7]))
     assert len(locator.describe(places)) == len(places.s)

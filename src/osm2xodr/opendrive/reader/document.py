@@ -15,6 +15,7 @@ import numpy as np
 
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader.bounds import check_bounds
 from osm2xodr.opendrive.reader.elements import TEXT, Elements, Node
 from osm2xodr.opendrive.reader.furniture import read_furniture
 from osm2xodr.opendrive.reader.grammar import Role
@@ -44,7 +45,7 @@ def read_xodr(path: Path) -> OpenDrive:
     Raises
     ------
     InputError
-        If it cannot be read, is not XML, or is not OpenDRIVE.
+        If it cannot be read, is not XML, is not OpenDRIVE, or claims more than any road has (`check_bounds`).
     """
     stage(f"reading {path}")
     with _no_collection():
@@ -54,7 +55,9 @@ def read_xodr(path: Path) -> OpenDrive:
         raise InputError(f"{path} is XML, but not OpenDRIVE{tag}; give a file of OpenDRIVE (.xodr)")
     if "xmlns" in root.attributes:
         document.values.report("namespace", root, f"<{_ROOT}> has the namespace {root.attributes['xmlns']!r}")
-    return document.tables(path, root)
+    file = document.tables(path, root)
+    check_bounds(file)
+    return file
 
 
 def _read(path: Path, part: Part | None = None, negated: bool = False) -> tuple[_Document, Node | None]:

@@ -27,10 +27,16 @@ _STANDARD_INPUT: Final = Path("-")
 _WITH_TEXT: Final = "geoReference"
 # Elements that are open within a child of the root, at least.
 _INSIDE: Final = 2
+# Most elements within each other, a choice: ten times what OpenDRIVE itself has, as foreign ones may be within them.
+_DEEPEST: Final = 100
 
 
 class _DoctypeError(Exception):
     """The document declares its type."""
+
+
+class _DepthError(Exception):
+    """Elements are nested too deeply."""
 
 
 class ElementReader:
@@ -69,6 +75,11 @@ class ElementReader:
         except _DoctypeError as error:
             reason = "declares a document type, which OpenDRIVE does not have; remove <!DOCTYPE>"
             raise InputError(f"{self._path} {reason}") from error
+        except _DepthError as error:
+            where = f"in line {self._parser.CurrentLineNumber + self._lines_before}"
+            raise InputError(
+                f"{self._path} has over {_DEEPEST} elements within each other {where}; give a file of OpenDRIVE"
+            ) from error
         except (LookupError, ValueError) as error:
             # Raised by expat when Python has no codec for the declared encoding.
             reason = f"has an encoding that cannot be read ({error}); write it in UTF-8"
@@ -84,10 +95,13 @@ class ElementReader:
 
         def start(tag: str, found: dict[str, str]) -> None:
             number = numbers.get(tag)
+            depth = len(depths) - len(ends)
+            if depth > _DEEPEST:
+                raise _DepthError
             codes.append(self._other(tag, found) if number is None else number)
             attributes.append(found)
             lines.append(parser.CurrentLineNumber)
-            depths.append(len(depths) - len(ends))
+            depths.append(depth)
 
         return start
 
