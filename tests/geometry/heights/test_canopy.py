@@ -116,7 +116,7 @@ def test_bare_hills_and_dips_that_are_taken_for_a_surface_model(
     assert np.abs(z - height(x, y)).max() < allowed
     # Not much farther off than where the model is known to show the ground.
     _, _, _, known = solve([road], Ground(height, cell_size=9.0, sigma=0.9)).along(0)
-    assert np.abs(z - known).max() < 2.0
+    assert np.abs(z - known).max() < 4.0
 
 
 def rolling(x: FloatArray, y: FloatArray) -> FloatArray:

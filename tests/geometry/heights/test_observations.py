@@ -189,14 +189,14 @@ def test_incline_weighs_as_its_share_of_a_hundred_metres() -> None:
     assert block.rows @ x == pytest.approx(np.zeros(5))
 
 
-def test_ele_is_good_for_five_metres() -> None:
+def test_ele_is_good_for_two_and_a_half_metres() -> None:
     network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
     none = observe_ele(network, mean=0.0)
     assert none.rows.shape == (0, network.unknowns.to_knots.shape[1])
     problem = replace(network.problem, ele_road=np.array([0]), ele_s=np.array([30.0]), ele_z=np.array([440.0]))
     block = observe_ele(replace(network, problem=problem), mean=400.0)
-    assert (block.value.tolist(), block.sigma.tolist()) == ([40.0], [5.0])
-    assert block.weight == pytest.approx([1.0 / 25.0])
+    assert (block.value.tolist(), block.sigma.tolist()) == ([40.0], [2.5])
+    assert block.weight == pytest.approx([1.0 / 6.25])
     assert block.kind.tolist() == [Kind.TAGGED_HEIGHT]
 
 

@@ -179,7 +179,7 @@ def test_fine_heights_are_followed_and_coarse_ones_smoothed(seed: int) -> None:
     assert float(np.sqrt(np.mean(error[x > 0.0] ** 2))) < 2.0
     grade = found.grade(0, s) - 0.02
     assert np.abs(grade[x < -60.0]).max() < 0.03
-    assert np.abs(grade).max() < 0.05
+    assert np.abs(grade).max() < 0.06
 
 
 def test_step_between_two_models_becomes_a_ramp() -> None:

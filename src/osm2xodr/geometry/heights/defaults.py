@@ -144,7 +144,7 @@ GRADE_MAX: Final = 0.31
 # standard error of the elevation model; to the level ends of arms that cannot be warped; to the deepest cut. Choices;
 # docs/method/heights.md says what they mean.
 FIRM_PUSH: Final = 50.0
-GRADE_PUSH: Final = 2.0
+GRADE_PUSH: Final = 10.0
 USUAL_PUSH_SIGMAS: Final = 0.5
 LEVEL_ARM_PUSH: Final = 1.0
 CUT_AND_FILL_PUSH: Final = 3.0

@@ -32,7 +32,7 @@ from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.relief import ground_grades
 from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
-from osm2xodr.geometry.heights.superelevation.warp import longest_warp
+from osm2xodr.geometry.heights.superelevation import longest_warp
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # How much stiffer a limit is than the road it bends. Stiffer ones take more steps to settle.

@@ -22,7 +22,7 @@ from osm2xodr.geometry.heights.elements import (
     rows_matrix,
     tension_matrices,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans
+from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans, end_spans, fast_spans
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # A structure goes on over a junction where the cosine of the angle between two arms is below this (30 degrees).
@@ -31,6 +31,8 @@ _STRAIGHT_ON: Final = -0.866
 # Those that are farther away count as the second: beside other arms they are no more free than there.
 _SHORTEST_SPOKE: Final = 1.0
 _LONGEST_SPOKE: Final = 25.0
+# How much stiffer fast roads are within junctions.
+_FAST_STIFFER: Final = 100.0
 # Bridges above each other that are counted: four levels are few.
 _MOST_ABOVE: Final = 3
 
@@ -208,6 +210,9 @@ def _spokes(network: Network, flexibility: FloatArray) -> sp.csr_matrix:
     end, distance, height, grade = arm_deviations(network)
     d = np.clip(distance, _SHORTEST_SPOKE, _LONGEST_SPOKE)
     stiff = 1.0 / flexibility[network.elements.end_elements.ravel()[end]]
+    # Fast roads come together on one plane, as their carriageways do.
+    fast = fast_spans(network.problem)[end_spans(network.problem).ravel()[end]]
+    stiff = np.where(fast, _FAST_STIFFER, 1.0) * stiff
     mixed = height.T @ sp.diags(-6.0 * stiff / d**2) @ grade
     own = height.T @ sp.diags(12.0 * stiff / d**3) @ height + grade.T @ sp.diags(4.0 * stiff / d) @ grade
     return sp.csr_matrix(own + mixed + mixed.T)

@@ -30,7 +30,7 @@ _WHITE_SHARES: Final = (0.01, 0.03, 0.1, 0.3, 1.0)
 _LOG_A: Final = (-7.0, 21.0, 0.5)
 _LOG_N: Final = (-10.0, 8.0, 0.33)
 # Standard deviation of the prior of the logarithm of the noise's variance about the surface's own statement.
-_VARIANCE_SPREAD: Final = 0.3
+_VARIANCE_SPREAD: Final = 0.8
 # Power of the white share that its prior goes with, twice: where hills and correlated noise look alike, noise is
 # white. On coarsened models 0.5 and 1 do equally well; 0 is worse on rough ground with white noise, 2 on real places.
 _WHITENESS: Final = 1.0

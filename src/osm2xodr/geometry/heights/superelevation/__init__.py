@@ -8,6 +8,18 @@ from __future__ import annotations
 
 from osm2xodr.geometry.heights.superelevation.cross_slope import road_superelevation
 from osm2xodr.geometry.heights.superelevation.lane_grades import ease_lane_grades
-from osm2xodr.geometry.heights.superelevation.warp import sloping_junctions, warp_ends, warp_profiles
+from osm2xodr.geometry.heights.superelevation.warp import (
+    longest_warp,
+    sloping_junctions,
+    warp_ends,
+    warp_profiles,
+)
 
-__all__ = ["ease_lane_grades", "road_superelevation", "sloping_junctions", "warp_ends", "warp_profiles"]
+__all__ = [
+    "ease_lane_grades",
+    "longest_warp",
+    "road_superelevation",
+    "sloping_junctions",
+    "warp_ends",
+    "warp_profiles",
+]
