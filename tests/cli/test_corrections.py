@@ -190,7 +190,7 @@ def test_the_list_of_mistakes_is_an_output_like_others(folder: Path, capsys: pyt
     assert found.read_text(encoding="utf-8") == "mine"
     assert convert(area, "-o", out, "--osm-issues", out) == 2
     assert "name the same file" in capsys.readouterr().err
-    assert convert(area, "-o", out, "--osm-issues", folder / "no" / "issues.geojson") == 1
+    assert convert(area, "-o", out, "--osm-issues", area / "issues.geojson") == 1
     assert not out.exists()
     # A part of a map, whose cut is gone in the end.
     box = ["--bbox", "1.569,42.549,1.575,42.552"]
