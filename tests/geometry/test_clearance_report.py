@@ -60,7 +60,7 @@ def test_bridge_passes_over_a_road_and_over_a_junction(tmp_path: Path, fork: flo
 def test_junction_passes_below_a_street_as_its_ways_do_though_an_arm_is_a_bridge(tmp_path: Path) -> None:
     # A viaduct comes down into a tunnel and merges there with a ramp that runs beside it; a street passes over both.
     lanes = "highway=trunk oneway=yes lanes=2 width=6"
-    nodes = {1: (-400.0, 5.9), 2: (-75.0, 5.9), 3: (-68.0, 5.85), 4: (-60.0, 5.7), 5: (0.0, 0.0), 6: (-400.0, -20.0)}
+    nodes = {1: (-400.0, 6.4), 2: (-75.0, 6.4), 3: (-68.0, 6.3), 4: (-60.0, 6.1), 5: (0.0, 0.0), 6: (-400.0, -20.0)}
     nodes |= {7: (-200.0, 0.0), 8: (-60.0, 0.0), 9: (200.0, 0.0), 10: (500.0, 0.0)}
     nodes |= {11: (-35.0, -200.0), 12: (-35.0, 200.0)}
     ways = {

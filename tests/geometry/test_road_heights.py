@@ -33,10 +33,20 @@ def test_heights_lie_where_their_nodes_are() -> None:
 
 def test_corners_are_too_steep_beyond_what_connecting_roads_may_be() -> None:
     # Steepest half-way: 1.5 times 2 m over 8 m, and over 12 m, and against arms that are as steep themselves.
-    corners = SimpleNamespace(entry=np.array([1, 1, 5]), exit=np.array([2, 2, 6]), length=np.array([8.0, 12.0, 6.5]))
-    level, steep = np.zeros((2, 2)), np.array([[0.4, 0.4], [0.0, 0.0]])
+    # The last one is as the second, but for 0.15 rad across that make it 1 m higher: its sidewalk lies 6.7 m aside.
+    corners = SimpleNamespace(
+        entry=np.array([1, 1, 5, 9]),
+        exit=np.array([2, 2, 6, 10]),
+        entry_t=np.zeros(4),
+        exit_t=np.array([0.0, 0.0, 0.0, 6.7]),
+        length=np.array([8.0, 12.0, 6.5, 12.0]),
+    )
+    level, steep, across = np.zeros((2, 2)), np.array([[0.4, 0.4], [0.0, 0.0]]), np.zeros((6, 2))
+    across[5, 0] = 0.15
     solution = SimpleNamespace(
-        end_z=np.array([[0.0, 10.0], [12.0, 0.0], [0.0, 10.0], [12.0, 0.0]]), end_grade=np.vstack([level, steep])
+        end_z=np.array([[0.0, 10.0], [12.0, 0.0]] * 3),
+        end_grade=np.vstack([level, steep, level]),
+        end_superelevation=across,
     )
     found = too_steep_corners(cast(ConnectingRoads, corners), cast(ProfileSolution, solution))
-    assert found.tolist() == [True, False, False]
+    assert found.tolist() == [True, False, False, True]

@@ -199,11 +199,11 @@ def _level(attributes: StreetAttributes) -> tuple[int, int]:
 def too_steep_corners(corners: ConnectingRoads, solution: ProfileSolution) -> BoolArray:
     """Say which sidewalks around corners are steeper than a connecting road may be and than both roads, (corners,).
 
-    Roads are level across where they end: around a corner on a slope, the difference of their heights is left for
-    the few metres between their sidewalks. The cubic that has both heights and grades is steepest half-way.
+    Around a corner on a slope the difference of heights is left for the few metres between both sidewalks. The cubic
+    that has both heights and grades is steepest half-way.
     """
-    z0, g0 = end_state(solution, corners.entry, leaving=True)
-    z1, g1 = end_state(solution, corners.exit, leaving=False)
+    z0, g0 = end_state(solution, corners.entry, corners.entry_t, leaving=True)
+    z1, g1 = end_state(solution, corners.exit, corners.exit_t, leaving=False)
     half_way = 1.5 * (z1 - z0) / np.maximum(corners.length, _SHORTEST) - 0.25 * (g0 + g1)
     arms = np.maximum(np.abs(g0), np.abs(g1))
     return np.asarray(np.abs(half_way) > np.maximum(defaults.CONNECTOR_STEEP, arms))

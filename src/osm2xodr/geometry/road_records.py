@@ -175,7 +175,7 @@ def connecting_road_records(
     `marks` has those on the inner and the outer edges of lanes, by the roads' indices.
     """
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
-    types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
+    types = _types_between(connecting, parts, lanes)
     known: dict[tuple[object, ...], tuple[LaneSection, ...]] = {}
     columns = (
         connecting.junction,
@@ -196,7 +196,7 @@ def connecting_road_records(
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, start, length, own, height) in enumerate(rows):
         inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
-        rest = (start, length) if tapers else (0.0, 0.0), types[entry][0].speed, connecting.access[k]
+        rest = (start, length) if tapers else (0.0, 0.0), types[entry, exit_][0].speed, connecting.access[k]
         edges = marks.get(k, (NO_MARK, NO_MARK))
         key = own, inner, outermost, rest, widths.get(k), edges
         if key not in known:
@@ -208,7 +208,7 @@ def connecting_road_records(
                 junction=ids.junction(junction),
                 predecessor=links[entry],
                 successor=links[exit_],
-                types=types[entry],
+                types=types[entry, exit_],
                 lane_sections=known[key],
                 osm_way_ids=(),
             )
@@ -216,15 +216,22 @@ def connecting_road_records(
     return out
 
 
-def _types_at(ends: list[int], parts: RoadParts, lanes: Sequence[LaneLayout]) -> dict[int, tuple[RoadType, ...]]:
-    """Return the road types at road ends, with the speed of the traffic that leaves the road there."""
+def _types_between(
+    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout]
+) -> dict[tuple[int, int], tuple[RoadType, ...]]:
+    """Return the road types between road ends: that of the entry, with the lower one of both speed limits."""
+    pairs = {pair: None for pair in zip(connecting.entry.tolist(), connecting.exit.tolist(), strict=True)}
+    at = {end: parts.at_end(end).attributes for end in {end for pair in pairs for end in pair}}
     shared: dict[tuple[str, float | None], tuple[RoadType, ...]] = {}
-    out: dict[int, tuple[RoadType, ...]] = {}
-    for end in ends:
-        attributes = parts.at_end(end).attributes
-        speed = attributes.speed_along(Direction.FORWARD if end % 2 else Direction.BACKWARD)
-        key = lanes[end // 2].types[-1 if end % 2 else 0].type, speed
-        out[end] = shared.setdefault(key, (RoadType(0.0, *key),))
+    out: dict[tuple[int, int], tuple[RoadType, ...]] = {}
+    for entry, exit_ in pairs:
+        limits = (
+            at[entry].speed_along(Direction.FORWARD if entry % 2 else Direction.BACKWARD),
+            at[exit_].speed_along(Direction.BACKWARD if exit_ % 2 else Direction.FORWARD),
+        )
+        speed = min((limit for limit in limits if limit is not None), default=None)
+        key = lanes[entry // 2].types[-1 if entry % 2 else 0].type, speed
+        out[entry, exit_] = shared.setdefault(key, (RoadType(0.0, *key),))
     return out
 
 

@@ -272,7 +272,7 @@ def _road_map(
         lane_offset=stack_profiles(profile_of([item.offset for item in lanes]), offset),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
-            "connecting_road_km": float(plan.connecting.length.sum()) / 1000,
+            "connecting_road_km": float(through.length[: len(plan.connecting.length)].sum()) / 1000,
             "default_speed_km": default_speed_km(roads, parts.length),
             **solution.statistics,
             **priorities.statistics,

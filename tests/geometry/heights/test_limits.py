@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, RoadSpec, Solved, connector_between, cross, make_problem, solve, straight
+from elevation_helpers import (
+    Ground,
+    RoadSpec,
+    Solved,
+    connector_between,
+    cross,
+    make_problem,
+    plan_view,
+    solve,
+    straight,
+)
 
 from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
+from osm2xodr.geometry.heights.arm_limits import _arm_pairs, limit_arms
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.limits import (
-    _arm_pairs,
-    limit_arms,
     limit_clearances,
     limit_curvatures,
     limit_cut_and_fill,
@@ -526,7 +535,7 @@ def test_ways_through_junctions_are_limited_as_cubics_between_their_lanes(warped
     length = float(np.hypot(16.0, 6.0))
     problem = replace(make_problem(roads, [(0.0, 0.0)]), connectors=connectors, warped=np.array([warped]))
     network = network_of_problem(problem)
-    middle, begin, end = limit_arms(network, np.array([0.05]), np.array([2.0]))[-4:-1]
+    middle, begin, end = limit_arms(network, np.array([0.05]), np.array([2.0]))[-5:-2]
     s = network.elements.knot_s
     first = np.arange(len(s)) < network.elements.knot_start[1]
     z = np.where(first, 50.0 + 0.1 * (s - 82.0), 51.0 - 0.05 * s)
@@ -547,6 +556,28 @@ def test_ways_through_junctions_are_limited_as_cubics_between_their_lanes(warped
         assert limit.rows @ x == pytest.approx([sign * 0.25 * length * bends(place)])
         assert limit.high == pytest.approx([0.25 * length * 2.5 / (50.0 / 3.6) ** 2])
         assert limit.cap == pytest.approx([50.0 * MOMENT])
+
+
+@pytest.mark.parametrize("warped", [False, True])
+def test_ways_have_one_surface_where_they_part(warped: bool) -> None:
+    """They are 16.5 m long, end 8 m apart, and are wider than that up to half-way, where they are 4 m apart."""
+    roads = [straight((-90.0, 0.0), (-8.0, 0.0), end=0)]
+    roads += [straight((8.0, y), (90.0, y), start=0) for y in (4.0, -4.0)]
+    left, right = (connector_between((-8.0, 0.0), (8.0, y), (1, end)) for y, end in ((4.0, 2), (-4.0, 4)))
+    both = {f.name: np.concatenate([getattr(left, f.name), getattr(right, f.name)]) for f in fields(left)[1:7]}
+    plan = plan_view([straight((-8.0, 0.0), (8.0, y)) for y in (4.0, -4.0)])
+    connectors = replace(left, plan_view=plan, **both)
+    problem = replace(make_problem(roads, [(0.0, 0.0)]), connectors=connectors, warped=np.array([warped]))
+    network = network_of_problem(problem)
+    parting = limit_arms(network, np.array([0.05]), np.array([2.0]))[-2]
+    knots, length = network.elements, float(np.hypot(16.0, 4.0))
+    road = np.searchsorted(knots.knot_start, np.arange(len(knots.knot_s)), side="right") - 1
+    x = unknowns_of(network, np.array([50.0, 51.0, 49.5])[road], np.array([0.0, 0.0, 0.02])[road], [50.0, 0.1, 0.2])
+    difference = 0.5 * (51.0 - 49.5) + length / 8.0 * 0.02
+    assert parting.rows @ x == pytest.approx([difference / 4.0 - (0.2 if warped else 0.0)])
+    assert parting.high == pytest.approx([max(0.06, 0.5 * 0.015 * length / 2.0)])
+    assert parting.low == -parting.high
+    assert parting.cap == pytest.approx([3.0 * MOMENT])
 
 
 @pytest.mark.parametrize("warped", [False, True])

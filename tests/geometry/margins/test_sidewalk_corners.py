@@ -531,10 +531,10 @@ def test_sidewalks_grow_narrow_where_they_get_round_so_only(rule: Rule) -> None:
     assert walks == [pytest.approx([2.0, 2.0, 1.76, 1.46]), pytest.approx([2.0] * 4)]
 
 
-@pytest.mark.parametrize("grade", [0.04, 0.3])
+@pytest.mark.parametrize("grade", [0.04, 0.18])
 @EITHER
 def test_short_corners_on_slopes_are_kept(rule: Rule, grade: float) -> None:
-    """Both carriageways are level across and 10 m apart: they meet at one height, however the ground rises."""
+    """Both carriageways are 10 m apart: between them the sidewalk is as steep as the ground."""
     case = CASES["dual_cross"].case
     diagnostics = Diagnostics()
     roads = built(case, everywhere(case), rule, _Slope(grade=grade), diagnostics)

@@ -108,7 +108,8 @@ def _beyond(road_map: RoadMap, piece: Piece, pieces: Pieces, *, at_start: bool) 
     """Return the area in which a piece continues at one of its ends, None where it does not leave the own one."""
     other = pieces.beside(piece, at_start=at_start)
     if other is not None:
-        return other.area
+        # Where its name changes, a road goes on in its own area.
+        return None if other.id else other.area
     road = road_map.roads[piece.curve]
     link = road.predecessor if at_start else road.successor
     if link is None or link.to_junction or link_beyond(road, piece, pieces, at_start=at_start) is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
-from osm2xodr.geometry.heights.part import chosen_roads
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ElevationOptions,
@@ -14,6 +13,7 @@ from osm2xodr.geometry.heights.problem import (
     Pins,
     ProfileProblem,
     ProfileSolution,
+    chosen_roads,
     curve_spans,
     fast_spans,
     levels_at,

@@ -140,12 +140,13 @@ GRADE_SLACK: Final = 1.25
 GRADE_MAX: Final = 0.31
 # How far the ground gives way to limits, m: to those that readers and cars need, and to what the user knows, as if to
 # none; to the usual grade of a class where the ground itself is no steeper; to how roads twist at junctions by half a
-# standard error of the elevation model; to the level ends of arms that cannot be warped; to the deepest cut. Choices;
-# docs/method/heights.md says what they mean.
+# standard error of the elevation model; to the level ends of arms that cannot be warped; to ways that part as one
+# surface; to the deepest cut. Choices; docs/method/heights.md says what they mean.
 FIRM_PUSH: Final = 50.0
 GRADE_PUSH: Final = 10.0
 USUAL_PUSH_SIGMAS: Final = 0.5
 LEVEL_ARM_PUSH: Final = 1.0
+PARTING_PUSH: Final = 3.0
 CUT_AND_FILL_PUSH: Final = 3.0
 # Deepest cut and highest fill by class, m.
 CUT_AND_FILL_OTHER: Final = 2.0

@@ -15,8 +15,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import lengths
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses
-from osm2xodr.geometry.heights.part import chosen_junctions, chosen_roads
-from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution, chosen_junctions, chosen_roads
 from osm2xodr.geometry.heights.records import (
     Knots,
     either_profile,

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from osm2xodr.defaults import GRADE_LIMIT, GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.arm_limits import limit_arms
 from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, restore_ground
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
@@ -30,7 +31,6 @@ from osm2xodr.geometry.heights.level_world import (
 )
 from osm2xodr.geometry.heights.limits import (
     Limits,
-    limit_arms,
     limit_clearances,
     limit_curvatures,
     limit_cut_and_fill,
@@ -41,8 +41,7 @@ from osm2xodr.geometry.heights.limits import (
 )
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
-from osm2xodr.geometry.heights.part import chosen_roads
-from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, chosen_roads
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_ground
 from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
 from osm2xodr.geometry.heights.relief import estimated_elements, road_flexibility

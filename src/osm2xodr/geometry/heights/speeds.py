@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.curves import heading_at, lengths, wrapped
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Speed where no limit is known, and the most where there is none, m/s: 50 and 130 km/h.
@@ -29,6 +29,12 @@ def span_speeds(problem: ProfileProblem) -> FloatArray:
     if problem.span_speed is None:
         return np.full(len(problem.span_s), _UNKNOWN)
     return np.fmin(np.where(np.isnan(problem.span_speed), _UNKNOWN, problem.span_speed), _FASTEST)
+
+
+def connector_speeds(problem: ProfileProblem, entry: IntArray, exit_: IntArray) -> FloatArray:
+    """Return the speed limits between road ends, (n,), m/s: the lower ones of both."""
+    at = span_speeds(problem)[end_spans(problem).ravel()]
+    return np.asarray(np.minimum(at[entry], at[exit_]))
 
 
 def fastest_around(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatArray) -> FloatArray:

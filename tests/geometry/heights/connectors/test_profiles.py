@@ -229,11 +229,11 @@ def test_connecting_roads_of_a_steep_junction_agree(angle: float, slope: tuple[f
     apart = steps(all_ways(found, ENDS, 1.6))
     assert len(apart) > 250
     assert apart.max() < 0.03
-    assert np.percentile(apart, 95) < 0.025
+    assert np.percentile(apart, 95) < 0.022
 
 
 # Level arms follow the ground of precise models apart, and the ways between them have to make up for it.
-@pytest.mark.parametrize(("warped", "most"), [(False, 0.3), (True, 0.08)])
+@pytest.mark.parametrize(("warped", "most"), [(False, 0.13), (True, 0.085)])
 @pytest.mark.parametrize(("half_gap", "steepest"), [(3.4, 0.11), (3.8, 0.18), (4.5, 0.18)])
 @pytest.mark.parametrize("rise", [0.08, 0.12, 0.15])
 def test_connecting_roads_agree_where_carriageways_part_on_a_slope(

@@ -16,10 +16,10 @@ from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.connectors.easing import ease_profiles, largest_acceleration
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
-from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
+from osm2xodr.geometry.heights.connectors.surface import Stations, junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
 from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
-from osm2xodr.geometry.heights.speeds import fastest_around, span_speeds
+from osm2xodr.geometry.heights.speeds import connector_speeds, fastest_around
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
@@ -33,9 +33,13 @@ _LARGEST_END_TWIST: Final = 0.04
 _LEAST_LENGTH_SHARE: Final = 0.1
 
 
-def end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[FloatArray, FloatArray]:
-    """Return height and grade, along the connecting road, of the road ends it comes from or goes to."""
+def end_state(
+    solution: ProfileSolution, end: IntArray, t: FloatArray, leaving: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return height at t, m, and grade, along the connecting road, of the road ends it comes from or goes to."""
     z, grade = solution.end_z.ravel()[end], solution.end_grade.ravel()[end]
+    if solution.end_superelevation is not None:
+        z = z + t * np.sin(solution.end_superelevation.ravel()[end])
     along = (end % 2 == 1) if leaving else (end % 2 == 0)
     return z, np.where(along, grade, -grade)
 
@@ -113,7 +117,15 @@ def _uneven_profiles(
     surfaces = junction_surfaces(problem, connectors, solution)
     z, gx, gy = surface_heights(surfaces, junction, x, y)
     cos, sin = np.cos(hdg), np.sin(hdg)
-    elevation = _fit_elevation(along, problem, connectors, solution, z, gx * cos + gy * sin)
+    heights = _lay_heights(along, problem, connectors, solution, z, gx * cos + gy * sin)
+    moved = _largest(along.start, np.abs(heights.z - heights.on_surface)) > defaults.CONNECTOR_TOLERANCE
+    if moved.any():
+        at = np.flatnonzero(moved[along.curve] & along.inner_quarters())
+        more = Stations(junction[at], x[at], y[at], hdg[at], heights.z[at], heights.grade[at])
+        surfaces = junction_surfaces(problem, connectors, solution, more)
+        z, gx, gy = surface_heights(surfaces, junction, x, y)
+        heights = _lay_heights(along, problem, connectors, solution, z, gx * cos + gy * sin)
+    elevation = heights.records(along)
     return elevation, _fit_superelevation(along, problem, connectors, solution, gy * cos - gx * sin)
 
 
@@ -132,6 +144,12 @@ class _Along:
     curve: IntArray  # (n,) Road of each sample
     s: FloatArray  # (n,) m
 
+    def inner_quarters(self) -> BoolArray:
+        """Return which samples lie at quarters of the length, but for the ends, (n,)."""
+        count = np.diff(self.start)[self.curve]
+        rank = np.arange(len(self.s)) - self.start[self.curve]
+        return np.asarray((rank % ((count - 1) // 4) == 0) & (rank > 0) & (rank < count - 1))
+
     def blend(self, reach: FloatArray, ends: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
         """Return `_blend` at the samples, from the reach, m, and the ends of each road, all (C,)."""
         curve = self.curve
@@ -149,22 +167,35 @@ def _sample(connectors: ConnectorProblem) -> _Along:
     return _Along(length, start, curve, u * length[curve])
 
 
-def _fit_elevation(
+@dataclass(frozen=True, slots=True, eq=False)
+class _LaidHeights:
+    """Heights of connecting roads at samples, (n,)."""
+
+    on_surface: FloatArray  # As the surface of the junction has them, m
+    z: FloatArray  # As they are, m
+    grade: FloatArray
+
+    def records(self, along: _Along) -> CubicProfile:
+        tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
+        return fit_records(
+            along.start, along.length, self.z, self.grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE
+        )
+
+
+def _lay_heights(
     along: _Along,
     problem: ProfileProblem,
     connectors: ConnectorProblem,
     solution: ProfileSolution,
     z: FloatArray,
     grade: FloatArray,
-) -> CubicProfile:
-    """Return the elevation of connecting roads from height, m, and grade of the surface along them, (n,)."""
+) -> _LaidHeights:
+    """Return the heights of connecting roads from height, m, and grade of the surface along them, (n,)."""
     first, last = along.start[:-1], along.start[1:] - 1
-    z0, g0 = end_state(solution, connectors.start_end, leaving=True)
-    z1, g1 = end_state(solution, connectors.end_end, leaving=False)
+    z0, g0 = end_state(solution, connectors.start_end, connectors.start_t, leaving=True)
+    z1, g1 = end_state(solution, connectors.end_end, connectors.end_t, leaving=False)
     g0 = _grade_along_lane(problem, connectors.start_end, connectors.start_t, g0)
     g1 = _grade_along_lane(problem, connectors.end_end, connectors.end_t, g1)
-    z0 = z0 + _rise_aside(solution, connectors.start_end, connectors.start_t)
-    z1 = z1 + _rise_aside(solution, connectors.end_end, connectors.end_t)
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
     dz, dg = along.blend(reach, (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last]))
     z, grade = z + dz, grade + dg
@@ -175,18 +206,18 @@ def _fit_elevation(
     plain = (steep > CONNECTOR_STEEP) & (plain_steep < steep)
     z = np.where(plain[along.curve], plain_z, z)
     z[first], z[last] = z0, z1
-    tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
+    on_surface = z.copy()
     _ease(along, problem, connectors, z, grade)
-    return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
+    return _LaidHeights(on_surface, z, grade)
 
 
 def _ease(
     along: _Along, problem: ProfileProblem, connectors: ConnectorProblem, z: FloatArray, grade: FloatArray
 ) -> None:
     """Ease heights, m, and grades, both (n,), in place, of connecting roads that would throw a car."""
-    posted = _posted_speeds(problem, connectors)[along.curve]
+    posted = connector_speeds(problem, connectors.start_end, connectors.end_end)[along.curve]
     felt = largest_acceleration(along.start, along.s, posted, z, grade)
     # Bends only make cars slower: few roads are left to look at.
     hard = felt > defaults.VERTICAL_ACCELERATION_MAX
@@ -195,11 +226,6 @@ def _ease(
     start = np.r_[0, np.cumsum(np.diff(along.start)[hard])].astype(np.int64)
     speed = fastest_around(connectors.plan_view, curve, s, posted[at])
     z[at], grade[at] = ease_profiles(start, s, speed, z[at], grade[at], CONNECTOR_STEEP)
-
-
-def _posted_speeds(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
-    """Return the speed limits of connecting roads, (C,), m/s: those of the roads that they come from."""
-    return np.asarray(span_speeds(problem)[end_spans(problem).ravel()[connectors.start_end]])
 
 
 def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, grade: FloatArray) -> FloatArray:
@@ -214,13 +240,6 @@ def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, gra
     along = grade / np.maximum(1.0 - curvature * t, _LEAST_LENGTH_SHARE)
     step = defaults.LANE_GRADE_STEP_MAX
     return np.asarray(np.clip(along, grade - step, grade + step))
-
-
-def _rise_aside(solution: ProfileSolution, end: IntArray, t: FloatArray) -> FloatArray:
-    """Return how much higher road ends are at t, m, than their reference lines, m, all (C,)."""
-    if solution.end_superelevation is None:
-        return np.zeros(len(end))
-    return np.asarray(t * np.sin(solution.end_superelevation.ravel()[end]))
 
 
 def _fit_superelevation(
@@ -241,13 +260,9 @@ def _fit_superelevation(
     most, at_ends = _largest_twist(problem, connectors), _end_twist(connectors, solution, ends)
     superelevation = _limit_twist(along, np.arctan(cross), most, ends)
     superelevation[first], superelevation[last] = ends
-    # Between warped arms the surface is nearly their plane, which turns under a road as a cubic does.
-    warped = np.zeros(len(along.length), bool) if problem.warped is None else problem.warped[connectors.junction]
-    bent, bent_twist = along.blend(along.length, (ends[0], at_ends[0], ends[1], at_ends[1]))
-    superelevation = np.where(warped[along.curve], bent, superelevation)
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
     tilted = (_largest(along.start, np.abs(superelevation)) > tolerance) | ends.any(axis=0)
-    twist = np.where(warped[along.curve], bent_twist, _differences(along, superelevation))
+    twist = _differences(along, superelevation)
     twist[first], twist[last] = at_ends
     records = fit_records(
         along.start, along.length, superelevation, twist, tolerance, defaults.CONNECTOR_TWIST_TOLERANCE
@@ -274,17 +289,21 @@ def _end_twist(connectors: ConnectorProblem, solution: ProfileSolution, ends: Fl
     """
     plan = connectors.plan_view
     bend = np.stack([plan.curvature[plan.start[:-1]], end_curvature(plan, plan.start[1:] - 1)])
-    grade = np.stack(
-        [end_state(solution, connectors.start_end, True)[1], end_state(solution, connectors.end_end, False)[1]]
-    )
+    sides = ((connectors.start_end, connectors.start_t, True), (connectors.end_end, connectors.end_t, False))
+    grade = np.stack([end_state(solution, end, t, leaving)[1] for end, t, leaving in sides])
     return np.clip(np.where(ends != 0.0, -bend * grade, 0.0), -_LARGEST_END_TWIST, _LARGEST_END_TWIST)
 
 
 def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
-    """Return the largest change of superelevation of connecting roads, rad/m, (C,): less between fast roads."""
+    """Return the largest change of superelevation of connecting roads, rad/m, (C,).
+
+    Less between fast roads, more where a road turns on the plane between warped arms.
+    """
     fast = fast_spans(problem)[end_spans(problem).ravel()]
     both = fast[connectors.start_end] & fast[connectors.end_end]
-    return np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
+    warped = np.zeros(len(both), bool) if problem.warped is None else problem.warped[connectors.junction]
+    usual = np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
+    return np.where(warped, defaults.TURNING_TWIST_MAX, usual)
 
 
 def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray, ends: FloatArray) -> FloatArray:

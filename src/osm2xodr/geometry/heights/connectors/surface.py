@@ -3,19 +3,20 @@
 Most roads are level across. Where one ends at a junction whose plane is tilted across it, the plane alone would leave
 a step at every lane that does not lie on the reference line. The surface is therefore the plane plus the smoothest
 function that has the arm's own cross slope at the end of each arm and its own grade along it: Hermite interpolation
-by radial functions r³ (Duchon 1977; Wendland 2005), which may pass by what is given by a little. Two connecting roads
-that cross have one height there, because both take it from the same surface. Formulas: docs/method/heights.md.
+by radial functions r³ (Duchon 1977; Wendland 2005), which may pass by what is given by a little. Where a connecting
+road on it would throw a car, the surface is laid along what that road is eased to. Two connecting roads that cross
+have one height there, because both take it from the same surface. Formulas: docs/method/heights.md.
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import owners, runs
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
@@ -94,10 +95,24 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     return _Arms(start, x, y, hdg, low, high, height, tilt, grade)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stations:
+    """Places with a heading that surfaces of junctions pass with a height and a grade along it."""
+
+    junction: IntArray  # (n,)
+    # (n,) m, and rad
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    # (n,) m, and rise per metre
+    height: FloatArray
+    grade: FloatArray
+
+
 def junction_surfaces(
-    problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution
+    problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution, more: Stations | None = None
 ) -> JunctionSurfaces:
-    """Return the smoothest surfaces that slope across as each arm does and keep the plane's grade along it.
+    """Return the smoothest surfaces that slope across as each arm does and keep its grade along it.
 
     Those of junctions without a connecting road are the planes alone.
 
@@ -107,15 +122,16 @@ def junction_surfaces(
         The roads that end at junctions, and their heights.
     connectors
         Connecting roads: an arm is level over the width that they touch.
+    more
+        What the surfaces pass besides arms.
     """
-    arms, planes, origin = _collect_arms(problem, connectors, solution), solution.junction_plane, problem.junction_xy
-    share = np.array(_STATIONS)
-    t = arms.low[:, None] + (arms.high - arms.low)[:, None] * share
-    cos, sin = np.cos(arms.hdg), np.sin(arms.hdg)
-    x, y = (arms.x[:, None] - sin[:, None] * t).ravel(), (arms.y[:, None] + cos[:, None] * t).ravel()
-    cos, sin = np.repeat(cos, len(share)), np.repeat(sin, len(share))
-    height, grade = (arms.height[:, None] + arms.tilt[:, None] * t).ravel(), np.repeat(arms.grade, len(share))
-    start = len(share) * arms.start
+    planes, origin = solution.junction_plane, problem.junction_xy
+    stations = _stations_at_arms(_collect_arms(problem, connectors, solution))
+    if more is not None:
+        stations = _join(stations, _beyond_planes(more, planes, origin))
+    x, y, cos, sin = stations.x, stations.y, np.cos(stations.hdg), np.sin(stations.hdg)
+    height, grade = stations.height, stations.grade
+    start = np.searchsorted(stations.junction, np.arange(len(planes) + 1)).astype(np.int64)
     height_weight, grade_weight = np.zeros((2, len(x)))
     linear = np.zeros_like(planes)
     count = np.diff(start)
@@ -127,6 +143,33 @@ def junction_surfaces(
         height_weight[at], grade_weight[at] = weights[:, :n], weights[:, n : 2 * n]
         linear[group] = weights[:, 2 * n :] / [1.0, _UNIT, _UNIT]
     return JunctionSurfaces(planes, origin, start, x, y, cos, sin, height_weight, grade_weight, linear)
+
+
+def _stations_at_arms(arms: _Arms) -> Stations:
+    """Return the stations across the ends of arms; heights and grades are those beyond the planes'."""
+    share = np.array(_STATIONS)
+    t = arms.low[:, None] + (arms.high - arms.low)[:, None] * share
+    cos, sin = np.cos(arms.hdg)[:, None], np.sin(arms.hdg)[:, None]
+    junction = np.repeat(owners(arms.start), len(share))
+    hdg, grade = np.repeat(arms.hdg, len(share)), np.repeat(arms.grade, len(share))
+    x, y, height = arms.x[:, None] - sin * t, arms.y[:, None] + cos * t, arms.height[:, None] + arms.tilt[:, None] * t
+    return Stations(junction, x.ravel(), y.ravel(), hdg, height.ravel(), grade)
+
+
+def _beyond_planes(stations: Stations, planes: FloatArray, origin: FloatArray) -> Stations:
+    """Return stations less the height and the grade of their junctions' planes, (J, 3), about origins (J, 2)."""
+    z, gx, gy = planes[stations.junction].T
+    dx, dy = (np.column_stack([stations.x, stations.y]) - origin[stations.junction]).T
+    grade = gx * np.cos(stations.hdg) + gy * np.sin(stations.hdg)
+    return replace(stations, height=stations.height - z - gx * dx - gy * dy, grade=stations.grade - grade)
+
+
+def _join(first: Stations, second: Stations) -> Stations:
+    """Return both, by junction."""
+    order = np.argsort(np.concatenate([first.junction, second.junction]), kind="stable")
+    names = [field.name for field in fields(Stations)]
+    columns = (np.concatenate([getattr(first, name), getattr(second, name)])[order] for name in names)
+    return Stations(*columns)
 
 
 def _solve_kernels(
