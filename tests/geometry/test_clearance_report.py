@@ -13,7 +13,7 @@ from osm_builder import ROAD, Area, about
 from osm2xodr.checking import CheckOptions, CheckResult, check_file
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import ElevationOptions, build_roads, clearance_report
-from osm2xodr.model import RoadMap
+from osm2xodr.model import RoadLink, RoadMap
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 LEVEL = Ground(lambda x, y: 0.0 * x)
@@ -179,8 +179,40 @@ def test_streets_that_cross_without_a_node_are_level_there(tmp_path: Path) -> No
 def test_roads_whose_edges_alone_overlap_are_no_crossing(tmp_path: Path) -> None:
     nodes = {1: (-300.0, 0.0), 2: (300.0, 0.0), 3: (-300.0, 2.0), 4: (300.0, 2.0)}
     _, diagnostics, result = built(Area(nodes, {10: ([1, 2], ROAD), 11: ([3, 4], ROAD)}), tmp_path)
-    assert about(diagnostics, "crossing-without-node") == []
-    assert len(about(diagnostics, "clearance")) == len(result.findings) > 0
+    assert about(diagnostics, "crossing-without-node") == about(diagnostics, "clearance") == []
+    (note,) = about(diagnostics, "carriageways-overlap")
+    assert note.message.endswith("in OSM their lines are 2.0 m apart and do not cross")
+    assert len(result.findings) == 1
+
+
+def test_nodes_at_one_place_that_are_not_one_are_a_crossing_without_a_node(tmp_path: Path) -> None:
+    area = crossing(ROAD)
+    twin = replace(area, nodes={**area.nodes, 9: (0.0, 0.0)}, ways={**area.ways, 21: ([5, 9, 6], ROAD)})
+    _, diagnostics, _ = built(twin, tmp_path)
+    assert len(about(diagnostics, "crossing-without-node")) == 1
+
+
+def test_streets_that_meet_a_kilometre_away_cross_without_a_node_here(tmp_path: Path) -> None:
+    nodes = {1: (-300.0, 0.0), 2: (300.0, 0.0), 3: (1000.0, 0.0), 4: (1000.0, 300.0), 5: (0.0, 300.0)}
+    nodes |= {6: (0.0, -300.0)}
+    ways = {10: ([1, 2, 3], ROAD), 11: ([3, 4, 5, 6], ROAD)}
+    _, diagnostics, _ = built(Area(nodes, ways), tmp_path)
+    assert len(about(diagnostics, "crossing-without-node")) == 1
+
+
+def test_one_ways_that_meet_head_on_are_linked_and_do_not_overlap(tmp_path: Path) -> None:
+    """A short piece of a one-way street, at a slight bend, has the wrong direction."""
+    nodes = {1: (0.0, 0.0), 2: (80.0, 0.0), 3: (95.0, 2.0), 4: (200.0, 0.0)}
+    one_way = "highway=secondary oneway=yes"
+    ways = {10: ([1, 2], one_way), 11: ([2, 3], one_way.replace("yes", "-1")), 12: ([3, 4], one_way)}
+    road_map, diagnostics, result = built(Area(nodes, ways), tmp_path, LEVEL)
+    assert result.findings == ()
+    assert about(diagnostics, "carriageways-overlap") == about(diagnostics, "clearance") == []
+    first, middle, last = road_map.roads
+    assert (first.successor, middle.successor) == (RoadLink(False, 2, False), RoadLink(False, 1, False))
+    assert (middle.predecessor, last.predecessor) == (RoadLink(False, 3, True), RoadLink(False, 2, True))
+    lanes = [lane for road in road_map.roads for section in road.lane_sections for lane in section.lanes]
+    assert [(lane.predecessor, lane.successor) for lane in lanes] == [(None, None)] * len(lanes)
 
 
 def test_roads_may_be_worked_out_in_any_number_of_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,6 @@ from osm2xodr.curves import (
     close_places,
     cubic_value,
     find_record,
-    heading_at,
     lengths,
     pose,
     profile_of,
@@ -25,11 +24,10 @@ from osm2xodr.curves import (
 )
 from osm2xodr.defaults import CLEARANCE_LEAST
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at, tolerated_clearance, wanted_clearances
+from osm2xodr.geometry.lines_in_osm import WayLines
 from osm2xodr.model import (
     VEHICLE_LANES,
-    BoolArray,
     CubicProfile,
     FloatArray,
     IntArray,
@@ -37,31 +35,33 @@ from osm2xodr.model import (
     LaneSection,
     LayerCrossing,
     RoadMap,
-    Structure,
+    StreetNetwork,
 )
 
 # Number of stations that are worked out at once: some 10 MB.
 _STATIONS_AT_ONCE: Final = 1 << 16
 
 
-def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics) -> RoadMap:
+def with_clearances(
+    network: StreetNetwork, road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics
+) -> RoadMap:
     """Report places with less than the least clearance that the solve does not know of, and return the map with them.
 
-    The solve knows where layers cross; what it could not keep apart is in the map's report already.
+    The solve knows where layers cross; what it could not keep apart is in the map's report already. What lies on one
+    level has no clearance: it is reported by how the ways lie to each other in OSM.
     """
     found = close_places(_stations(road_map), _graph(road_map), CLEARANCE_LEAST)
     if not len(found.road):
         return road_map
     report = road_map.elevation_report
     known = {frozenset((item.upper, item.lower)) for item in report.tight} if report else set()
-    tight, forgotten = [], _without_node(road_map, problem, found)
+    places = _Places(network, road_map, problem, found)
+    tight = []
     for k, crossing in enumerate(_crossings(road_map, problem, found)):
         if frozenset((crossing.upper, crossing.lower)) in known:
             continue
         tight.append(crossing)
-        gap = f"{crossing.clearance:.1f} m above" if crossing.clearance >= 0.05 else "at the height of"
-        text = f"it passes {gap} way/{crossing.lower_way}: {_reason(road_map, problem, found, k)}"
-        diagnostics.note("crossing-without-node" if forgotten[k] else "clearance", f"way/{crossing.upper_way}", text)
+        places.report(k, crossing, diagnostics)
     if report is None:
         return road_map
     every = tuple(sorted((*report.tight, *tight), key=lambda item: item.clearance - item.wanted))
@@ -69,30 +69,69 @@ def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Dia
     return replace(road_map, elevation_report=replace(report, tight=every), statistics=figures)
 
 
-def _reason(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces, k: int) -> str:
-    """Return why the solve did not keep two roads apart."""
-    if road_map.elevation_report is None:
-        return "all ground is at one height"
-    level = levels_at(problem, np.array([found.road[k], found.other[k]]), np.array([found.s[k], found.other_s[k]]))
-    if level[0] == level[1]:
-        return "both are on one layer and have no node in common there"
-    spans = [curve_spans(problem, road[[k]], s[[k]]) for road, s in _both(found)]
-    over, under = spans if level[0] > level[1] else spans[::-1]
-    wanted = float(wanted_clearances(problem, over, under)[0][0])
-    if wanted < CLEARANCE_LEAST and found.height[k] >= tolerated_clearance(wanted):
-        return f"{wanted:.1f} m are enough there, by its maxheight or a correction"
-    return "they meet, or their bridge or tunnel ends, too near to there"
+class _Places:
+    """What is known about places that are too close."""
 
+    def __init__(
+        self, network: StreetNetwork, road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces
+    ) -> None:
+        self._road_map, self._problem, self._found = road_map, problem, found
+        self._index = {road.id: k for k, road in enumerate(road_map.roads)}
+        self._node = {junction.id: junction.osm_node_ids[0] for junction in road_map.junctions}
+        self._xy = np.column_stack(pose(road_map.plan_view, found.road, found.s)[:2])
+        both = [[self._ways_of(*place) for place in zip(*side, strict=True)] for side in _both(found)]
+        self._ways = list(zip(both[0], both[1], strict=True))
+        self._lines = WayLines(network, {way for side in both for ways in side for way in ways})
 
-def _without_node(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces) -> BoolArray:
-    """Return at which places streets cross on the ground of one layer: OSM lacks a node there, or a bridge."""
-    plain = np.array([road.junction is None for road in road_map.roads], bool)
-    spans = [curve_spans(problem, road, s) for road, s in _both(found)]
-    one, other = ((problem.span_structure[span], problem.span_layer[span]) for span in spans)
-    level = (one[0] == Structure.GROUND) & (other[0] == Structure.GROUND) & (one[1] == other[1])
-    hdg, across = (heading_at(road_map.plan_view, road, s) for road, s in _both(found))
-    out: BoolArray = plain[found.road] & plain[found.other] & level & (np.abs(np.sin(hdg - across)) > PARALLEL_SINE)
-    return out
+    def _ways_of(self, road: int, s: float) -> frozenset[int]:
+        """Return the way of a road at s, or the ways that a connecting road leads from and to."""
+        item, at = self._road_map.roads[road], [(road, s)]
+        if item.junction is not None:
+            ends = [(self._index[link.id], link.at_start) for link in (item.predecessor, item.successor) if link]
+            length = lengths(self._problem.plan_view)
+            at = [(k, 0.0 if at_start else float(length[k])) for k, at_start in ends]
+        spans = curve_spans(self._problem, np.array([k for k, _ in at]), np.array([s for _, s in at]))
+        return frozenset(self._problem.span_way[spans].tolist())
+
+    def report(self, k: int, crossing: LayerCrossing, diagnostics: Diagnostics) -> None:
+        """Report a place, by the ways that it is about."""
+        found, upper = self._found, f"way/{crossing.upper_way}"
+        gap = f"{crossing.clearance:.1f} m above" if crossing.clearance >= 0.05 else "at the height of"
+        level = levels_at(
+            self._problem, np.array([found.road[k], found.other[k]]), np.array([found.s[k], found.other_s[k]])
+        )
+        lines = self._lines.between(*self._ways[k], self._xy[k])
+        flat = self._road_map.elevation_report is None
+        if level[0] != level[1] and not (flat and lines.node is not None):
+            reason = "all ground is at one height" if flat else self._reason(k, level)
+            diagnostics.note("clearance", upper, f"it passes {gap} way/{crossing.lower_way}: {reason}")
+            return
+        if lines.crossing is not None:
+            text = f"it passes {gap} way/{lines.crossing[1]}: both are on one layer and have no node in common there"
+            diagnostics.note("crossing-without-node", f"way/{lines.crossing[0]}", text)
+            return
+        inside = self._junction(crossing.upper), self._junction(crossing.lower)
+        they, their = ("ways of both", "lines of their ways") if any(inside) else ("they", "their lines")
+        if lines.node is not None:
+            text = f"{they} meet at node/{lines.node}, {lines.away:.0f} m from there"
+        else:
+            text = f"{their} are {lines.apart:.1f} m apart and do not cross"
+        text = f"its carriageway{inside[0]} lies on that of way/{crossing.lower_way}{inside[1]}: in OSM {text}"
+        diagnostics.note("carriageways-overlap", upper, text)
+
+    def _junction(self, road: int) -> str:
+        """Return in which junction a road lies."""
+        junction = self._road_map.roads[self._index[road]].junction
+        return "" if junction is None else f" in the junction at node/{self._node[junction]}"
+
+    def _reason(self, k: int, level: IntArray) -> str:
+        """Return why the solve did not keep two roads of different levels apart."""
+        spans = [curve_spans(self._problem, road[[k]], s[[k]]) for road, s in _both(self._found)]
+        over, under = spans if level[0] > level[1] else spans[::-1]
+        wanted = float(wanted_clearances(self._problem, over, under)[0][0])
+        if wanted < CLEARANCE_LEAST and self._found.height[k] >= tolerated_clearance(wanted):
+            return f"{wanted:.1f} m are enough there, by its maxheight or a correction"
+        return "they meet, or their bridge or tunnel ends, too near to there"
 
 
 def _crossings(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces) -> list[LayerCrossing]:

@@ -82,15 +82,19 @@ def road_records(
     connecting: ConnectingRoads,
     ids: RoadIds,
     guesses: Mapping[int, frozenset[str]],
+    head_on: Mapping[int, int],
 ) -> list[Road]:
-    """Return the roads outside junctions; `guesses` says what was guessed about OSM's ways."""
-    beyond = _links(parts, connecting, ids)
+    """Return the roads outside junctions; `guesses` says what was guessed about OSM's ways.
+
+    Ends that meet `head_on` are linked as roads, but none of their lanes is.
+    """
+    beyond, touching = _links(parts, connecting, ids, head_on), parts.end_link.ravel().tolist()
     out: list[Road] = []
     for k, layout in enumerate(lanes):
         stretches = parts.stretches[k]
         longest = max(stretches, key=lambda item: item.end - item.start) if len(stretches) > 1 else stretches[0]
         ways = dict.fromkeys(way for item in stretches for way in item.ways)
-        before, after = (_lanes_at(link, lanes, parts) for link in beyond[2 * k : 2 * k + 2])
+        before, after = (_lanes_at(end, lanes, parts) for end in touching[2 * k : 2 * k + 2])
         out.append(
             Road(
                 id=ids.road(k),
@@ -108,12 +112,14 @@ def road_records(
     return out
 
 
-def _links(parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds) -> list[RoadLink | None]:
+def _links(
+    parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds, head_on: Mapping[int, int]
+) -> list[RoadLink | None]:
     """Return what lies beyond each road end; a junction only if one can drive into it or out of it there."""
     driven = set(connecting.entry.tolist()) | set(connecting.exit.tolist())
     out: list[RoadLink | None] = []
     for end, junction in enumerate(parts.end_junction.ravel().tolist()):
-        other = int(parts.end_link[end // 2, end % 2])
+        other = head_on.get(end, int(parts.end_link[end // 2, end % 2]))
         if junction >= 0 and end in driven:
             out.append(RoadLink(True, ids.junction(junction)))
         else:
@@ -121,14 +127,14 @@ def _links(parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds) -> list[
     return out
 
 
-def _lanes_at(link: RoadLink | None, lanes: Sequence[LaneLayout], parts: RoadParts) -> dict[int, LaneType] | None:
-    """Return the types by id of the lanes with which a road goes on as another road (halves of a ring or loop)."""
-    if link is None or link.to_junction:
+def _lanes_at(end: int, lanes: Sequence[LaneLayout], parts: RoadParts) -> dict[int, LaneType] | None:
+    """Return the types by id of the lanes at an end with which another road goes on (halves of a ring or loop)."""
+    if end < 0:
         return None
-    sections = lanes[link.id - 1].sections
-    if link.at_start:
+    sections = lanes[end // 2].sections
+    if end % 2 == 0:
         return _with_width(sections[0], 0.0)
-    return _with_width(sections[-1], float(parts.length[link.id - 1]) - sections[-1].s)
+    return _with_width(sections[-1], float(parts.length[end // 2]) - sections[-1].s)
 
 
 def _with_width(section: LaneSection, s: float) -> dict[int, LaneType]:

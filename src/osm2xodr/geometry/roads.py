@@ -26,7 +26,7 @@ from osm2xodr.geometry.heights import (
     solve_profiles,
 )
 from osm2xodr.geometry.junction_floor import ends_at_floor, floor_without, islands_of, lay_out_floor
-from osm2xodr.geometry.junctions import RoadOptions, street_places
+from osm2xodr.geometry.junctions import RoadOptions, head_on_ends, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import raised_islands
@@ -143,7 +143,7 @@ def build_roads(
             floor = floor_without(network, plan, every, laid.result(), steep)
     release_memory()
     # The floor lies beside the carriageways whose clearances are looked at.
-    road_map = with_clearances(road_map, solved.problem, diagnostics)
+    road_map = with_clearances(network, road_map, solved.problem, diagnostics)
     release_memory()
     covered = ends_at_floor(sides, floor)
     blunt = np.concatenate([sides.blunt, through.junction[sides.ends.row[covered & ~sides.ends.shoulder]]])
@@ -254,7 +254,8 @@ def _road_map(
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
     profiles = partial(connector_profiles, heights.problem, build_connector_problem(through), solution)
     with Task(profiles, apart=jobs > 1) as found:
-        roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
+        guesses, head_on = diagnostics.guessed_about("way/"), head_on_ends(plan.ends, layout, parts)
+        roads = road_records(parts, lanes, plan.connecting, ids, guesses, head_on)
         connecting = connecting_road_records(through, parts, lanes, ids, network.rule, lines, laid.marks)
         junctions = junction_records(network, layout, through, priorities, ids)
         places = street_places(network, layout, parts, ids.road, ids.driven_junctions(layout, plan.connecting))

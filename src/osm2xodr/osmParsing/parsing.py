@@ -33,6 +33,7 @@ from osm2xodr.osmParsing.network import (
     most_met,
     read_connectivities,
     read_restrictions,
+    report_head_on,
     tags_on_streets,
     with_default_speeds,
     with_one_flow,
@@ -129,6 +130,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     restrictions = read_restrictions(relations, carried, same_node, diagnostics)
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions, restrictions)
+    report_head_on(streets, intersections, diagnostics)
     ids = np.unique(np.concatenate([street.node_ids for street in streets]))
     on_streets = np.searchsorted(nodes.ids, ids)
     tags = {way.id: way.tags for way in ways}

@@ -51,6 +51,35 @@ def test_head_on_one_ways_meet_at_an_intersection(tmp_path: Path) -> None:
     assert [item.arms for item in network.intersections if item.osm_node_id == 2] == [((0, False), (1, False))]
 
 
+@pytest.mark.parametrize(
+    ("middle", "said"),
+    [
+        ([3, 2], {"node/2": "meet head-on here and no way leads on", "node/3": "part here and no way leads here"}),
+        ([2, 3], {}),
+    ],
+)
+def test_one_ways_that_meet_head_on_are_reported(tmp_path: Path, middle: list[int], said: dict[str, str]) -> None:
+    ways = {20: ([1, 2], ONEWAY), 21: (middle, ONEWAY), 22: ([3, 4], ONEWAY)}
+    _, diagnostics = Area(ROW, ways).parse(tmp_path)
+    found = about(diagnostics, "oneway-head-on")
+    assert {note.osm_id: note.message.partition("way/21 ")[2].removeprefix("and way/22 ") for note in found} == said
+
+
+@pytest.mark.parametrize(
+    "ways",
+    [
+        # Another street leads on; a side street parts; ways merge at the edge of an area; a road of another kind.
+        {20: ([1, 2], ONEWAY), 21: ([3, 2], ONEWAY), 22: ([2, 12], ROAD)},
+        {20: ([2, 1], ONEWAY), 21: ([2, 12], ONEWAY)},
+        {20: ([1, 2], ONEWAY), 21: ([11, 2], ONEWAY)},
+        {20: ([1, 2], ONEWAY), 21: ([3, 2], "highway=motorway_link")},
+    ],
+)
+def test_one_ways_that_do_not_meet_head_on_are_not(tmp_path: Path, ways: dict[int, tuple[list[int], str]]) -> None:
+    _, diagnostics = Area(ROW, ways).parse(tmp_path)
+    assert about(diagnostics, "oneway-head-on") == []
+
+
 def test_one_ways_against_each_other_break_a_street(tmp_path: Path) -> None:
     network, _ = Area(ROW, {20: ([1, 2], ONEWAY), 21: ([2, 3], ROAD), 22: ([4, 3], ONEWAY)}).parse(tmp_path)
     assert nodes_of(network) == [[1, 2, 3], [4, 3]]

@@ -13,6 +13,7 @@ from osm2xodr.geometry.junctions.road_parts import (
     cut_back_dead_ends,
     cut_roads,
     end_poses,
+    head_on_ends,
     without_idle_junctions,
 )
 from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
@@ -32,6 +33,7 @@ __all__ = [
     "end_poses",
     "ends_on_streets",
     "find_movements",
+    "head_on_ends",
     "lay_out_junctions",
     "shift_lines_out_of_bends",
     "street_places",

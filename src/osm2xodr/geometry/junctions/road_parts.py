@@ -88,6 +88,22 @@ def cut_back_dead_ends(
     return replace(layout, trim=trim)
 
 
+def head_on_ends(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts) -> dict[int, int]:
+    """Return the road ends that touch another one from which nobody may go on, by each other's number.
+
+    They are the two ends at a node that keep their length, as of one-ways that meet head-on.
+    """
+    at = np.flatnonzero(ends.node >= 0)
+    order = at[np.argsort(ends.node[at], kind="stable")]
+    first = np.flatnonzero(np.diff(ends.node[order], prepend=-1))
+    two = first[np.diff(np.append(first, len(order))) == 2]
+    one, other = order[two], order[two + 1]
+    free = (layout.junction < 0) & (layout.trim == 0.0) & (parts.road_end >= 0)
+    chosen = free[one] & free[other] & (np.cos(ends.hdg[one] - ends.hdg[other]) <= -_STRAIGHT_ON)
+    a, b = parts.road_end[one[chosen]].tolist(), parts.road_end[other[chosen]].tolist()
+    return dict(zip(a + b, b + a, strict=True))
+
+
 def cut_roads(
     network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, earlier: RoadParts | None = None
 ) -> RoadParts:

@@ -22,7 +22,7 @@ from osm2xodr.osmParsing.network.pieces import (
 )
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.reversible import with_one_flow
-from osm2xodr.osmParsing.network.streets import make_streets, tags_on_streets
+from osm2xodr.osmParsing.network.streets import make_streets, report_head_on, tags_on_streets
 
 __all__ = [
     "Pieces",
@@ -37,6 +37,7 @@ __all__ = [
     "most_met",
     "read_connectivities",
     "read_restrictions",
+    "report_head_on",
     "tags_on_streets",
     "with_default_speeds",
     "with_one_flow",

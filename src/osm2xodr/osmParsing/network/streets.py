@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import ranks
-from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes, TurnRestriction
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import Direction, FloatArray, IntArray, Intersection, Street, StreetAttributes, TurnRestriction
 from osm2xodr.osmParsing.file import RawNodes
 from osm2xodr.osmParsing.network.chains import Chain, make_chains
 from osm2xodr.osmParsing.network.pieces import Pieces
 from osm2xodr.osmParsing.network.relations import forbids
 from osm2xodr.osmParsing.roadside import street_node_tags
 from osm2xodr.osmParsing.tags import turned_round
+
+# Two ways at a node go on beyond each other where they bend by less than the angle of this cosine (60 degrees): side
+# streets of one-way streets, whose main street lies outside of the area, bend by more. A choice.
+_GOES_ON: Final = 0.5
 
 
 def make_streets(
@@ -60,6 +66,41 @@ def make_streets(
         for number, stretches in enumerate(_stretches(chains, pieces, attributes))
     )
     return streets, _intersections(crossing, nodes, points, at)
+
+
+def report_head_on(
+    streets: Sequence[Street], intersections: Sequence[Intersection], diagnostics: Diagnostics
+) -> None:
+    """Report nodes at which a street goes on as one that is one-way the other way round, and nothing else leads on.
+
+    There is nothing to report where another street leads on, or where ways part or merge at the edge of an area.
+    """
+    for node in intersections:
+        flows = [_flow_into(streets[number], at_start) for number, at_start in node.arms]
+        if len(flows) < 2 or flows[0] == 0 or flows != flows[:1] * len(flows):
+            continue
+        for one, other in combinations(node.arms, 2):
+            (a, along), (b, onwards) = (_arm(streets[number], at_start) for number, at_start in (one, other))
+            same = a.road == b.road or a.highway == b.highway
+            if same and float(along @ onwards) < -_GOES_ON:
+                ways = f"the one-ways way/{a.osm_way_id} and way/{b.osm_way_id}"
+                what = "meet head-on here and no way leads on" if flows[0] > 0 else "part here and no way leads here"
+                diagnostics.note("oneway-head-on", f"node/{node.osm_node_id}", f"{ways} {what}")
+
+
+def _flow_into(street: Street, at_start: bool) -> int:
+    """Return 1 where cars only come out of a street at its start or end, -1 where they only go in there, else 0."""
+    directions = street.pieces[0 if at_start else -1][1].car_directions()
+    if len(directions) != 1 or Direction.BOTH in directions:
+        return 0
+    return 1 if (Direction.BACKWARD in directions) == at_start else -1
+
+
+def _arm(street: Street, at_start: bool) -> tuple[StreetAttributes, FloatArray]:
+    """Return the attributes of a street at its start or end, and the direction in which it leads away from there."""
+    points = street.points if at_start else street.points[::-1]
+    away = points[1] - points[0]
+    return street.pieces[0 if at_start else -1][1], away / np.hypot(*away)
 
 
 def _forbidden_passages(
