@@ -386,3 +386,11 @@ def test_streets_that_people_often_cross_have_the_limit_of_towns(
     network = parse_osm(write_osm(tmp_path, area.elements()), ParseOptions(furniture=furniture), Diagnostics())
     ((_, piece),) = network.streets[0].pieces
     assert piece.default_speed == pytest.approx(kmh / 3.6)
+
+
+def test_of_several_classes_the_first_is_taken(tmp_path: Path) -> None:
+    ways = {20: ([1, 2], "highway=primary;secondary"), 21: ([2, 3], "highway=footway;service")}
+    network, diagnostics = Area(ROW, ways).parse(tmp_path)
+    assert [street.pieces[0][1].highway for street in network.streets] == ["primary"]
+    said = [(item.osm_id, item.kind, item.message) for item in about(diagnostics, "highway-class")]
+    assert ("way/20", Kind.GUESSED, "highway=primary;secondary has several classes, the first is taken") in said

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence, Set
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.osmParsing.corrections import correct_relations, correct_ways, keep_way, kept_ways
-from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
+from osm2xodr.osmParsing.file import (
+    OsmFile,
+    OtherWays,
+    RawRelation,
+    RawWay,
+    class_of,
+    count_contents,
+    read_ways,
+)
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
 from osm2xodr.osmParsing.roadside import kerbs_beside, ways_beside
 from osm2xodr.osmParsing.tags import WAY_TAGS, reason_left_out
@@ -52,6 +61,7 @@ def read_selected_ways(
     )
     corrections = options.corrections
     read, relations = read_ways(file, asked, WAY_TAGS, others, corrections.kept_ways())
+    read = [_with_one_class(way, asked, diagnostics) for way in read]
     corrected = correct_ways(read, corrections, diagnostics)
     relations = correct_relations(relations, corrections, diagnostics)
     kept = kept_ways(corrected.ways, corrections, diagnostics)
@@ -61,6 +71,16 @@ def read_selected_ways(
     corrected.report(corrections, carried, diagnostics)
     _report_others(rest, diagnostics)
     return carried, [way for way in rest if len(way.refs)], relations, found
+
+
+def _with_one_class(way: RawWay, asked: Set[str], diagnostics: Diagnostics) -> RawWay:
+    """Return a way of several classes with the first of these, if that is asked for."""
+    value, first = way.tags.get("highway", ""), class_of(way.tags)
+    if value == first or first not in asked:
+        return way
+    words = f"highway={_short(value)} has several classes, the first is taken"
+    diagnostics.guessed("highway-class", f"way/{way.id}", words)
+    return replace(way, tags={**way.tags, "highway": first})
 
 
 def _may_be_driven_on(tags: Mapping[str, str]) -> bool:

@@ -22,6 +22,7 @@ from osm2xodr.osmParsing import (
     OsmFile,
     WaySelection,
     all_tags,
+    class_of,
     forgiving,
     handle,
     in_surroundings,
@@ -230,7 +231,7 @@ def _read_ways_and_relations(
 
 
 def _add_way(way: Any, file: OsmFile, out: _Ways, read: bool, shown: bool) -> None:
-    tags = dict(all_tags(way)) if way.tags.get("highway") in HIGHWAYS else None
+    tags = {**dict(all_tags(way)), "highway": first} if (first := class_of(way.tags)) in HIGHWAYS else None
     number = way.id
     on = [
         (read and number in choice.kept) or (tags is not None and _is_driven(tags, choice)) for choice in out.driven

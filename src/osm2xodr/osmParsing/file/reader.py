@@ -60,7 +60,7 @@ def read_ways(
     ``highway``; they are returned among the ways. Of `also`, ids of ways with any ``highway``, the tags of both are
     kept. Raises InputError if the file is damaged or incomplete.
     """
-    only_ways = _way_filter(highways, others)
+    only_ways = _way_filter(others)
     only_ways.enable_for(osmium.osm.WAY)
     only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
     only_relations.enable_for(osmium.osm.RELATION)
@@ -76,10 +76,10 @@ def read_ways(
                 gone = item.deleted or ("way", number) in file.deleted
                 if number in also:
                     way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, every))
-                elif others is None or item.tags.get("highway") in highways:
+                elif class_of(item.tags) in highways:
                     way = RawWay(item.id, _refs(item), _tags(item, keys))
                 else:
-                    way = _other_way(item, others)
+                    way = None if others is None else _other_way(item, others)
                 found_way = version, None if gone else way
                 ways[number] = longer_or_newer(file, ways[number], found_way) if number in ways else found_way
             elif number not in relations or version >= relations[number][0]:
@@ -90,13 +90,14 @@ def read_ways(
     return kept_ways, kept_relations
 
 
-def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
-    if others is not None and others.every:
-        return osmium.filter.KeyFilter(*sorted({"highway", *others.every, *others.values}))
-    candidates = {("highway", value) for value in highways}
-    if others is not None:
-        candidates |= {(key, value) for key, values in others.values.items() for value in values}
-    return osmium.filter.TagFilter(*sorted(candidates))
+def class_of(tags: Any) -> str:
+    """Return the value of ``highway`` among tags, of several (``primary;secondary``) the first; empty for none."""
+    return str(tags.get("highway", "")).partition(";")[0].strip()
+
+
+def _way_filter(others: OtherWays | None) -> Any:
+    beside = () if others is None else (*others.every, *others.values)
+    return osmium.filter.KeyFilter(*sorted({"highway", *beside}))
 
 
 @forgiving

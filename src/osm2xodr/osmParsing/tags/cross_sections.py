@@ -28,7 +28,7 @@ from osm2xodr.osmParsing.defaults import (
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
-from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups, with_lanes_of_sums
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, with_free_room
 from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
@@ -121,11 +121,12 @@ def cross_section(
     tagged width; None takes the country's width for the class of the road, which differs `in_town`, a built-up area.
     `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`.
     """
+    findings: Findings = []
+    tags = with_lanes_of_sums(tags, direction, findings)
     way = _Way(tags, direction, rule, default_lane_width, closed, country, in_town, known_widths or {})
     by_tags, parking = _section(way, replace(facts, kerbs=None))
     if facts.kerbs is None:
-        return by_tags
-    findings: Findings = []
+        return replace(by_tags, findings=(*by_tags.findings, *findings)) if findings else by_tags
     kerbs = _between(facts.kerbs, by_tags, parking, tags, findings)
     section = _section(way, replace(facts, kerbs=kerbs))[0] if kerbs else by_tags
     return replace(section, findings=(*section.findings, *findings))

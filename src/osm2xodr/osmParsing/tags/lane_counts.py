@@ -7,6 +7,7 @@ assumed: one lane each way, more on one-way motorways. Every decision becomes a 
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,7 +20,7 @@ from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
 # Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.
-_USERS: Final = ("bus", "psv", "bicycle")
+_USERS: Final = ("bus", "psv", "taxi", "bicycle")
 USER_TAGS: Final = (
     "oneway:bus",
     "oneway:psv",
@@ -30,6 +31,7 @@ _OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
 # OSM's names of the directions along (1) and against (-1) a way.
 SIDES: Final = {1: "forward", -1: "backward"}
 _CODE: Final = "lane-count"
+_SUM: Final = re.compile(r"\s*[1-9]\s*(\+\s*[1-9]\s*){1,2}", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,22 @@ def lane_groups(
     return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
 
 
+def with_lanes_of_sums(tags: Tags, direction: int, findings: Findings) -> Tags:
+    """Return tags with ``lanes=2+1`` as a number, on a two-way road also by direction: forward and backward.
+
+    Of three numbers the one in the middle is that of lanes for both directions.
+    """
+    text = tags.get("lanes", "")
+    if not _SUM.fullmatch(text):
+        return tags
+    counts = [int(part) for part in text.split("+")]
+    ways = ("forward", "both_ways", "backward") if len(counts) == 3 else ("forward", "backward")
+    by_way = {} if direction else {f"lanes:{way}": str(count) for way, count in zip(ways, counts, strict=True)}
+    named = ", ".join(f"{key}={count}" for key, count in by_way.items()) or sum(counts)
+    findings.append((Kind.GUESSED, _CODE, f"lanes={text} taken for {named}"))
+    return {**by_way, **tags, "lanes": str(sum(counts))}
+
+
 def _closed_to_cars(slots: tuple[Slot, ...], tags: Tags, closed: int) -> tuple[Slot, ...]:
     """Return the lanes of a direction closed to cars: for buses if they may use them, else for bicycles."""
     side = SIDES[closed]
@@ -89,7 +107,8 @@ def _oneway_groups(tags: Tags, direction: int, contraflow_bus: bool, findings: F
     if contraflow:
         if "lanes" in tags:
             tagged = along or max(tagged - len(contraflow), 1)
-        words = "a lane against the direction of a one-way road is kept for buses, but leads through no junction"
+        who = "taxis" if contraflow[0].type is LaneType.TAXI else "buses"
+        words = f"a lane against the direction of a one-way road is kept for {who}"
         findings.append((Kind.NOTE, "contraflow", words))
     elif 0 < against < tagged:
         tagged = along or tagged - against
@@ -102,17 +121,20 @@ def _oneway_groups(tags: Tags, direction: int, contraflow_bus: bool, findings: F
 
 
 def _contraflow_slots(tags: Tags, side: str, tagged: int, known: bool, findings: Findings) -> tuple[Slot, ...]:
-    """Return the bus lanes against the direction of a one-way road."""
+    """Return the lanes of buses, or of taxis alone, against the direction of a one-way road."""
     listed = read_slots(tags, (f":{side}",), tagged, findings)
     buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
     if buses:
         return buses
-    opened = any(
-        tags.get(f"oneway:{user}") in NO_VALUES or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")
-    )
+    opened = [
+        user
+        for user in ("bus", "psv", "taxi")
+        if tags.get(f"oneway:{user}") in NO_VALUES or tags.get(f"{user}:{side}") in _OPEN
+    ]
     # Of two lanes and more one is that of the buses, though nothing counts it apart.
     if known or (opened and (tagged or _count(tags, "lanes", []) > 1)):
-        return (Slot(LaneType.BUS),) * max(tagged, 1)
+        taxis = opened == ["taxi"] and not known
+        return (Slot(LaneType.TAXI if taxis else LaneType.BUS),) * max(tagged, 1)
     return ()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from types import MappingProxyType
@@ -13,6 +13,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, WayCorrection, applied, unused
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
+from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS
 from osm2xodr.osmParsing.tags.built_up import BUILT_UP_TAGS, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import (
     NO_FACTS,
@@ -21,6 +22,8 @@ from osm2xodr.osmParsing.tags.cross_sections import (
     StreetFacts,
     cross_section,
 )
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS
+from osm2xodr.osmParsing.tags.lane_lists import DIRECTIONS, LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours, widths_of_neighbours
@@ -36,24 +39,63 @@ from osm2xodr.osmParsing.tags.way_marks import (
     speed_is_signed,
 )
 
-# Tags that stand in for ``maxspeed`` where it is absent (OSM wiki, Key:source:maxspeed), the surest first.
-_IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
 # Kinds of roads whose limit does not depend on the zone around them.
 _OUT_OF_ZONE: Final = frozenset({"motorway", "motorway_link", "living_street", "pedestrian", "track"})
-# Tags that hold at certain times only are not carried.
-_CONDITIONAL: Final = tuple(
-    f"{key}:conditional"
-    for key in ("maxspeed", "oneway", "lanes", "access", "vehicle", "motor_vehicle", "motorcar", "overtaking")
+# Tags that no road of the result can carry, because of who or what they hold for. OSM's wiki has one scheme for them
+# (Conditional restrictions): ``key[:vehicle][:direction][:conditional]``, with the vehicles of Key:access, and pages
+# for some more keys (Key:maxspeed, Key:lanes:psv, Lanes).
+# OSM wiki, Key:access: who travels on land.
+_VEHICLES: Final = (
+    *("foot", "vehicle", "bicycle", "carriage", "trailer", "caravan", "motor_vehicle", "motorcycle", "moped", "mofa"),
+    *("speed_pedelec", "motorcar", "motorhome", "tourist_bus", "coach", "goods", "hgv", "hgv_articulated", "bdouble"),
+    *("agricultural", "golf_cart", "atv", "ohv", "snowmobile", "psv", "bus", "taxi", "minibus", "share_taxi", "hov"),
+    *("carpool", "car_sharing", "emergency", "hazmat", "disabled", "tram"),
+)
+_AT_TIMES: Final = "holds at certain times only and is not carried"
+_SOME: Final = "holds for some vehicles only and is not carried"
+# Tags whose condition is told for roads as a whole.
+_OTHER_CONDITIONAL: Final = ("access", "vehicle", "motor_vehicle", "motorcar", "overtaking")
+# OSM wiki, Key:source:maxspeed: tags that stand in for ``maxspeed`` where it is absent, the surest first.
+_IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
+_SPEED_TAGS: Final = ("maxspeed", "maxspeed:forward", "maxspeed:backward", *_IMPLIED_SPEED)
+_READ: Final = frozenset((*ACCESS_TAGS, *BESIDE_TAGS, *COUNT_TAGS, *USER_TAGS, *LIST_TAGS, *_SPEED_TAGS))
+
+
+def _by_scheme() -> Iterator[tuple[str, str]]:
+    """Yield the keys of the scheme, read or not, with what is said of them."""
+    for key in ("lanes", "oneway", "maxspeed"):
+        for vehicle in ("", *(f":{name}" for name in (*_VEHICLES, "bicycles"))):
+            for way in DIRECTIONS:
+                yield f"{key}{vehicle}{way}", _SOME
+                yield f"{key}{vehicle}{way}:conditional", _AT_TIMES
+
+
+_NOT_CARRIED: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        key: words
+        for key, words in (
+            *_by_scheme(),
+            *((f"{key}:conditional", _AT_TIMES) for key in (*_OTHER_CONDITIONAL, *LIST_TAGS)),
+            *((f"lanes:{user}:times", _AT_TIMES) for user in ("psv", "bus")),
+            *(
+                (f"{key}:variable", "says that signs change it, which is not carried")
+                for key in ("maxspeed", "lanes")
+            ),
+            *((f"maxspeed:advisory{way}", "is advice, no limit, and is not carried") for way in DIRECTIONS),
+            *((f"maxspeed:{how}", "is no limit and is not carried") for how in ("practical", "recommended")),
+            *((f"maxspeed:{when}", _AT_TIMES) for when in ("wet", "seasonal", "night", "children_present")),
+            ("maxspeed:signed", "says whether there is a sign, which is not carried"),
+            ("maxspeed:towing", _SOME),
+        )
+        if key not in _READ
+    }
 )
 # OSM wiki, Key:priority_road: signed or otherwise known to be one.
 _PRIORITY: Final = frozenset({"designated", "yes_unposted", "yes"})
-_OTHER_TAGS: Final = (
-    *("highway", "name", "ref", "incline", "driving_side", "priority_road"),
-    *("maxspeed", "maxspeed:forward", "maxspeed:backward"),
-)
+_OTHER_TAGS: Final = ("highway", "name", "ref", "incline", "driving_side", "priority_road")
 WAY_TAGS: Final = frozenset(
     (
-        *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_CONDITIONAL),
+        *(*ACCESS_TAGS, *_OTHER_TAGS, *_SPEED_TAGS, *_NOT_CARRIED),
         *(*SECTION_TAGS, *MARK_TAGS, *BUILT_UP_TAGS, *STRUCTURE_TAGS),
     )
 )
@@ -151,9 +193,8 @@ class _Reader:
             words = f"{closing_tag} closes one direction to cars, for them it is one-way"
             findings.append((Kind.NOTE, "oneway", words))
         findings += [
-            (Kind.DROPPED, "conditional", f"{item}={tags[item]} holds at certain times only and is not carried")
-            for item in _CONDITIONAL
-            if item in tags
+            (Kind.DROPPED, "conditional", f"{item}={tags[item]} {_NOT_CARRIED[item]}")
+            for item in sorted(tags.keys() & _NOT_CARRIED.keys())
         ]
         clearance = None if correction is None else correction.clearance
         make = _attributes(tags, section, direction or -closed, clearance, findings)
