@@ -67,8 +67,7 @@ def test_ways_that_are_left_out_are_told_by_kind(tmp_path: Path) -> None:
 def test_what_stands_on_the_road_and_is_not_carried_is_told(tmp_path: Path) -> None:
     tags = {
         2: "barrier=lift_gate access=no",
-        3: "railway=level_crossing",
-        4: "highway=mini_roundabout",
+        3: "railway=tram_level_crossing",
         5: "barrier=entrance",
         6: "highway=crossing",
         8: "barrier=gate",
@@ -78,8 +77,7 @@ def test_what_stands_on_the_road_and_is_not_carried_is_told(tmp_path: Path) -> N
     told = [(item.kind.value, item.osm_id, item.message) for item in about(diagnostics, "street-node")]
     assert told == [
         ("dropped", "node/2", "barrier=lift_gate on the road is not carried, the street is open there"),
-        ("dropped", "node/3", "railway=level_crossing is not carried, the street is open there"),
-        ("dropped", "node/4", "highway=mini_roundabout is taken as a plain junction"),
+        ("dropped", "node/3", "railway=tram_level_crossing is not carried, the street is open there"),
     ]
 
 

@@ -14,6 +14,7 @@ from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.signs import PlacedSigns, place_signs
 from osm2xodr.furniture.world.approaches import find_approaches
 from osm2xodr.furniture.world.lane_table import LaneTable
+from osm2xodr.furniture.world.rail_crossings import find_rail_stops
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Rule, Signal
 
@@ -107,7 +108,8 @@ def signed(
         complex(*street.points[street.node_ids == 1001][0]) for street in network.streets if 1001 in street.node_ids
     }
     crossings = find_crossings(world) if with_crossings else ()
-    return Signed(world, place_signs(world, approaches, lit, crossings), rule, found_at - drawn_at)
+    placed = place_signs(world, approaches, lit, crossings, find_rail_stops(world))
+    return Signed(world, placed, rule, found_at - drawn_at)
 
 
 def ways(case: Case, **tags: str) -> Case:

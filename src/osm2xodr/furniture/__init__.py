@@ -50,7 +50,7 @@ def find_furniture(
     from osm2xodr.furniture.lights import place_lights
     from osm2xodr.furniture.objects import find_crossings, place_objects, place_structures
     from osm2xodr.furniture.signs import place_signs
-    from osm2xodr.furniture.world import LaneTable, World, find_approaches
+    from osm2xodr.furniture.world import LaneTable, World, find_approaches, find_rail_stops
     from osm2xodr.model import Furniture
 
     if not options.enabled or road_map.places is None:
@@ -59,8 +59,9 @@ def find_furniture(
     crossings = find_crossings(world)
     approaches = find_approaches(world, crossings)
     lights = place_lights(world, approaches, crossings)
-    signs = place_signs(world, approaches, lights.signalled, crossings)
-    objects = place_objects(world, approaches, (*lights.stops, *signs.stops), crossings)
+    rail_stops = find_rail_stops(world)
+    signs = place_signs(world, approaches, lights.signalled, crossings, rail_stops)
+    objects = place_objects(world, approaches, (*lights.stops, *signs.stops), crossings, rail_stops)
     signals = (*lights.signals, *signs.signals)
     furniture = Furniture(
         signals=tuple(sorted(signals, key=_place)),

@@ -107,6 +107,15 @@ class MappedCrossing:
 
 
 @dataclass(frozen=True, slots=True)
+class RailCrossing:
+    """What stands where a street crosses a railway on its level."""
+
+    sign: bool = True  # Whether St. Andrew's crosses stand there: everywhere unless OSM says no
+    lights: bool = False  # Whether there are lights
+    barriers: str = ""  # ``half`` or ``full`` for the part of the road that they close; empty for none
+
+
+@dataclass(frozen=True, slots=True)
 class ThingFacts:
     """What OSM says about a thing beside the road, as far as it matters to its kind; None where it does not say."""
 
@@ -128,3 +137,5 @@ class NodeFacts:
     calming: Mapping[int, str] = field(default_factory=dict)  # What calms traffic, one word
     bus_stops: Mapping[int, BusStop] = field(default_factory=dict)
     track_crossings: frozenset[int] = frozenset()  # Where railways or trams cross
+    rail_crossings: Mapping[int, RailCrossing] = field(default_factory=dict)  # Where railways do, no trams
+    mini_roundabouts: frozenset[int] = frozenset()  # Junctions whose traffic goes round a painted middle

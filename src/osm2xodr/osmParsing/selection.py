@@ -33,9 +33,9 @@ _NOT_FOR_CARS: Final = frozenset(
         *("abandoned", "razed", "demolished", "dismantled", "removed"),
     }
 )
-# Values of ``barrier`` and ``railway`` of nodes on streets: barriers without effect on cars, and tracks that cross.
+# Values of ``barrier`` and ``railway`` of nodes on streets: barriers without effect on cars, and trams that cross.
 _OPEN_BARRIERS: Final = frozenset({"no", "entrance", "kerb"})
-_TRACK_CROSSINGS: Final = frozenset({"level_crossing", "tram_level_crossing"})
+_TRAM_CROSSING: Final = "tram_level_crossing"
 # Longest value of a tag quoted in a message, characters.
 _QUOTED_MAX: Final = 40
 # Kinds of ways that are named where none of them becomes a street; the rest of a map are less.
@@ -149,10 +149,8 @@ def report_unused_nodes(node_tags: Mapping[int, Mapping[str, str]], diagnostics:
         found = []
         if barrier not in _OPEN_BARRIERS:
             found.append(f"barrier={_short(barrier)} on the road is not carried, the street is open there")
-        if railway in _TRACK_CROSSINGS:
+        if railway == _TRAM_CROSSING:
             found.append(f"railway={railway} is not carried, the street is open there")
-        if tags.get("highway") == "mini_roundabout":
-            found.append("highway=mini_roundabout is taken as a plain junction")
         for words in found:
             diagnostics.dropped("street-node", f"node/{number}", words)
 

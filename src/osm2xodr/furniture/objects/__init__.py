@@ -9,17 +9,22 @@ from osm2xodr.furniture.objects.calming import calming_objects
 from osm2xodr.furniture.objects.crossings import find_crossings
 from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.objects.islands import island_objects
-from osm2xodr.furniture.objects.road_marks import arrows, stop_lines
+from osm2xodr.furniture.objects.rail_crossings import rail_crossing_objects
+from osm2xodr.furniture.objects.road_marks import arrows, mini_roundabouts, stop_lines
 from osm2xodr.furniture.objects.roadside_things import line_objects, point_objects, tram_objects
 from osm2xodr.furniture.objects.structures import place_structures
-from osm2xodr.furniture.world import Approach, Crossing, RoadsideFinder, Stop, World
+from osm2xodr.furniture.world import Approach, Crossing, RailStop, RoadsideFinder, Stop, World
 from osm2xodr.model import RoadObject
 
 __all__ = ["find_crossings", "island_objects", "place_objects", "place_structures"]
 
 
 def place_objects(
-    world: World, approaches: Sequence[Approach], stops: Sequence[Stop], crossings: Sequence[Crossing] = ()
+    world: World,
+    approaches: Sequence[Approach],
+    stops: Sequence[Stop],
+    crossings: Sequence[Crossing] = (),
+    rail_stops: Sequence[RailStop] = (),
 ) -> tuple[RoadObject, ...]:
     """Place crossings, lines across the lanes at stops, arrows on the lanes of approaches, and roadside objects."""
     finder = RoadsideFinder(world)
@@ -27,7 +32,9 @@ def place_objects(
         *crossing_objects(world, crossings),
         *stop_lines(world, stops, crossings),
         *arrows(world, approaches, stops),
+        *mini_roundabouts(world),
         *calming_objects(world),
+        *rail_crossing_objects(world, rail_stops),
         *bus_stop_objects(world, finder),
         *line_objects(world, finder),
         *tram_objects(world, finder),

@@ -8,6 +8,9 @@ from dataclasses import replace
 from math import pi
 from typing import Final
 
+import numpy as np
+
+from osm2xodr.curves import project
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, Crossing, LaneAt, Stop, World, lane_ranges, pieces_on_road
@@ -77,6 +80,37 @@ def _line(world: World, stop: Stop, s: float, extent: float, lanes: Sequence[Lan
     line = world.object_at(stop.road, ("roadMark", *_LINES[stop.kind]), s, 0.5 * (left + right), stop.osm_id)
     validity = lane_ranges(lane.id for lane in lanes)
     return replace(line, length=extent, width=left - right, orientation=stop.orientation, validity=validity)
+
+
+# Diameter of the disc in the middle of a mini roundabout where OSM gives none, m: TSRGD 2016, diagram 1003.4, from 1
+# to 4.
+_DISC: Final = 4.0
+
+
+def mini_roundabouts(world: World) -> list[RoadObject]:
+    """Make the discs that mini roundabouts go round, on the nearest way through their junction."""
+    network, road_map = world.network, world.road_map
+    inside: dict[int, list[int]] = defaultdict(list)
+    for k, road in enumerate(road_map.roads):
+        if road.junction is not None:
+            inside[road.junction].append(k)
+    junctions = {node: item.id for item in road_map.junctions for node in item.osm_node_ids}
+    out: list[RoadObject] = []
+    for node, places in sorted(world.nodes.on_streets(network.node_facts.mini_roundabouts).items()):
+        osm_id = f"node/{node}"
+        if node not in junctions:
+            words = "highway=mini_roundabout is not carried: no streets meet there"
+            world.diagnostics.dropped("street-node", osm_id, words)
+            continue
+        curves = np.array(inside[junctions[node]], np.int64)
+        s, t, _ = project(road_map.plan_view, curves, *(np.full(len(curves), v) for v in (places[0].x, places[0].y)))
+        k = int(np.abs(t).argmin())
+        kind = ("roadMark", "miniRoundabout", "mini roundabout")
+        disc = world.object_at(road_map.roads[int(curves[k])].id, kind, float(s[k]), float(t[k]), osm_id)
+        out.append(replace(disc, radius=0.5 * (network.turning_circles.get(node) or _DISC)))
+        said = "its arms give way to those who go round it, but turns are drawn straight across its middle"
+        world.diagnostics.note("mini-roundabout", osm_id, said)
+    return out
 
 
 # Length in towns, m (RMS-1, Zeichen 297); width, distance from the stop line to the tip of the first one, and from

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import cars_at_end
 from osm2xodr.furniture.signs.posts import Post
@@ -79,6 +80,33 @@ class YieldSigns:
             else:
                 for sign in signs:
                     self.add(sign)
+
+    def add_at_roundabouts(self, signalled: Collection[tuple[int, bool]]) -> None:
+        """Add give-way signs where traffic enters roundabouts and mini roundabouts, unless there is a sign or light.
+
+        Approaches with lights are `signalled`, as (road, whether at its end).
+        """
+        streets, minis = self._world.network.streets, self._world.network.node_facts.mini_roundabouts
+        rings = {
+            item.junction
+            for item in self._by_end.values()
+            if streets[item.street_end // 2].attributes_at_end(item.street_end).roundabout
+        }
+        small = {
+            item.id: f"node/{node}"
+            for item in self._world.road_map.junctions
+            for node in sorted(minis.intersection(item.osm_node_ids))
+        }
+        added: list[str] = []
+        for item in self._by_end.values():
+            enters = item.junction in rings and item.road in self._minor_roads[item.junction]
+            known = (item.road, item.at_end) in signalled or (item.road, item.at_end, None) in self._found
+            if not known and (enters or item.junction in small):
+                way = streets[item.street_end // 2].attributes_at_end(item.street_end).osm_way_id
+                added.append(f"way/{way}")
+                self.add(self._of(item, Sign.GIVE_WAY.value, small.get(item.junction, "")))
+        words = "into a roundabout without a sign in OSM: give-way signs are assumed"
+        self._world.diagnostics.count(Kind.GUESSED, "yield-sign", added, "road", words)
 
     def add(self, sign: YieldSign) -> None:
         """Add a sign; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""

@@ -12,6 +12,7 @@ from osm2xodr.furniture.world.approaches import (
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import Arm, NodePlace, NodePlaces
 from osm2xodr.furniture.world.post_clearance import PostClearance, curves_near
+from osm2xodr.furniture.world.rail_crossings import RailStop, find_rail_stops
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.world import (
     Approach,
@@ -36,6 +37,7 @@ __all__ = [
     "NodePlace",
     "NodePlaces",
     "PostClearance",
+    "RailStop",
     "RoadsideFinder",
     "RoadsidePlaces",
     "Stop",
@@ -45,6 +47,7 @@ __all__ = [
     "crossings_on_course",
     "curves_near",
     "find_approaches",
+    "find_rail_stops",
     "lane_ranges",
     "nearest_segment",
     "outline",

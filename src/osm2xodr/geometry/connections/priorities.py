@@ -2,8 +2,8 @@
 
 What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
 ``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs no
-record; at signals there is none either. OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be
-connecting roads, 1.8 roads of the junction, which connecting roads are.
+record; at signals there is none either. At mini roundabouts those who go round the middle go first. OpenDRIVE 1.6 and
+1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction, which these are.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import IntArray, Sign, StreetAttributes, StreetNetwork
+from osm2xodr.model import IntArray, Rule, Sign, StreetAttributes, StreetNetwork
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
@@ -84,6 +84,12 @@ def find_priorities(
         if signs.all_way & arms.keys() or not signs.all_way_nodes.isdisjoint(nodes):
             counts["all_way_stops"] += 1
             continue
+        if not network.node_facts.mini_roundabouts.isdisjoint(nodes):
+            pairs = _round_the_middle(rows, connecting, parts, ends, network.rule)
+            high += [one for one, _ in pairs]
+            low += [other for _, other in pairs]
+            counts["junctions_with_priorities"] += bool(pairs)
+            continue
         decided = [(a, b) for a, b in permutations(arms, 2) if goes_first(arms[a], arms[b], ranks)]
         for a, b in decided:
             high += [i for i in rows[a] for _ in rows[b]]
@@ -111,6 +117,32 @@ def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tu
         for k in group:
             rows.setdefault(street_end[entries[k]], []).append(k)
         yield junction, rows
+
+
+def _round_the_middle(
+    rows: Mapping[int, Sequence[int]], connecting: ConnectingRoads, parts: RoadParts, ends: StreetEnds, rule: Rule
+) -> list[tuple[int, int]]:
+    """Return pairs of ways through a mini roundabout: the one that passes before the entry of the other goes first.
+
+    Traffic goes round the middle, counter-clockwise where it keeps to the right. Of two that pass before each other's
+    entries none goes first.
+    """
+    turn, street_end = 1.0 if rule is Rule.RIGHT_HAND else -1.0, parts.street_end()
+
+    def round_to(end: int, start: int) -> float:
+        # The way from an arm to itself leads all round.
+        return float(turn * (ends.hdg[end] - ends.hdg[start]) % (2 * np.pi)) or 2 * np.pi
+
+    def passes(row: int, start: int, entry: int) -> bool:
+        return entry != start and round_to(entry, start) < round_to(int(street_end[connecting.exit[row]]), start)
+
+    return [
+        (one, other)
+        for a, b in permutations(rows, 2)
+        for one in rows[a]
+        for other in rows[b]
+        if passes(one, a, b) and not passes(other, b, a)
+    ]
 
 
 def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:

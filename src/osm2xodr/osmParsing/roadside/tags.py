@@ -23,7 +23,7 @@ _CROSSING_DETAILS: Final = tuple(
 # Further tags that are kept of them.
 _NODE_DETAILS: Final = frozenset(
     {
-        *_CROSSING_DETAILS,
+        *(*_CROSSING_DETAILS, "crossing:saltire", "crossing:light", "crossing:barrier"),
         *("button_operated", "tactile_paving", "kerb", "width", "height", "length", "material", "layer"),
         *("traffic_sign:direction", "name", "side", "support", "hazard", "maxheight", "maxwidth", "maxweight"),
         *("maxspeed:forward", "maxspeed:backward", "bus", "bus_bay", "bay", "shelter", "tram", "train", "trolleybus"),

@@ -17,6 +17,7 @@ from osm2xodr.model import (
     MappedCrossing,
     NodeControl,
     NodeFacts,
+    RailCrossing,
     RoadsideKind,
     Sign,
     ThingFacts,
@@ -60,6 +61,8 @@ _WITH_LIGHTS: Final = frozenset({"pelican", "puffin", "toucan", "pegasus"})
 _PAINTED: Final = frozenset({"marked", "uncontrolled", "traffic_signals"})
 # Values of ``railway`` where ``crossing`` is about a crossing of tracks.
 _TRACK_CROSSINGS: Final = frozenset({"level_crossing", "crossing", "tram_level_crossing", "tram_crossing"})
+# The part of the road that barriers of level crossings close by ``crossing:barrier``; half of it for other values.
+_BARRIERS: Final = {"no": "", "open": "", "full": "full", "double_half": "full", "double_full": "full"}
 
 
 def read_node_facts(node_tags: Mapping[int, Tags], footways: Sequence[Footway], country: str) -> NodeFacts:
@@ -73,7 +76,16 @@ def read_node_facts(node_tags: Mapping[int, Tags], footways: Sequence[Footway], 
         calming={node: kind for node, tags in tagged if (kind := _calming(tags))},
         bus_stops={node: _bus_stop(tags) for node, tags in tagged if tags.get("highway") == "bus_stop"},
         track_crossings=frozenset(node for node, tags in tagged if tags.get("railway") in _TRACK_CROSSINGS),
+        rail_crossings={node: _rail(tags) for node, tags in tagged if tags.get("railway") == "level_crossing"},
+        mini_roundabouts=frozenset(node for node, tags in tagged if tags.get("highway") == "mini_roundabout"),
     )
+
+
+def _rail(tags: Tags) -> RailCrossing:
+    """Return what stands at a level crossing (OSM wiki, Tag:railway=level_crossing)."""
+    barriers = tags.get("crossing:barrier", "no")
+    kind = _BARRIERS.get(barriers, "half")
+    return RailCrossing(tags.get("crossing:saltire") != "no", tags.get("crossing:light", "no") != "no", kind)
 
 
 def node_heights(node_tags: Mapping[int, Tags], diagnostics: Diagnostics) -> dict[int, float]:
