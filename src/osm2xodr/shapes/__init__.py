@@ -1,10 +1,12 @@
 """What a file has on and beside its roads, as shapes: where things stand, and their forms in the plane.
 
-`placing` finds the places of signals and objects, `forms` says what they look like. Whoever shows a file uses both.
+`placing` finds the places of signals and objects, `forms` says what they look like, `covering` what covers what.
+Whoever shows a file uses them.
 """
 
 from __future__ import annotations
 
+from osm2xodr.shapes.covering import LEVEL_APART, rank_of
 from osm2xodr.shapes.forms import (
     AMBER,
     DARK,
@@ -56,6 +58,7 @@ __all__ = [
     "FURNITURE_FROM",
     "GREEN",
     "LARGEST_SYMBOL",
+    "LEVEL_APART",
     "MARKS_FROM",
     "RED",
     "SMALLEST_SYMBOL",
@@ -81,6 +84,7 @@ __all__ = [
     "mark_pattern",
     "placed_objects",
     "placed_signals",
+    "rank_of",
     "structures_of",
     "type_of",
 ]

@@ -36,6 +36,7 @@ from osm2xodr.xodrWriter import WriteOptions, write_xodr
 # 800 pixels for 160 m: five per metre.
 BOX = (0.0, -40.0, 160.0, 40.0)
 OPTIONS = PictureOptions(BOX, 800)
+RAIL = {"t": -2, "height": 1, "zOffset": 0, "width": 1}
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -86,10 +87,7 @@ def test_lanes_without_width_are_not_drawn(tmp_path: Path) -> None:
 
 
 def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
-    """A sidewalk past a driveway lies on its lanes, though these are 1 cm higher; what fills gaps does not.
-
-    A verge at the height of the sidewalk is no filling.
-    """
+    """A sidewalk past a driveway lies under its lanes, as what fills gaps does: what is driven on shows."""
     verge = lane(2, (0, 2.0), kind="border", more='<height sOffset="0" inner="0.12" outer="0.12"/>')
     lanes = section(0.0, verge + lane(1, (0, 2.0), kind="shoulder"), lane(-1, (0, 4.0), kind="sidewalk"))
     text = document(
@@ -98,9 +96,49 @@ def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
         '<junction id="9" name=""/>',
     )
     image = image_of(read_text(tmp_path, text), OPTIONS)
-    assert at(image, 22.0, 0.0) == (0xD9, 0xC7, 0xA3)
-    assert at(image, 19.0, 0.0) == (0x5D, 0x6B, 0x7A)
-    assert at(image, 17.0, 0.0) == at(image, 17.0, 15.0) != (0x5D, 0x6B, 0x7A)
+    assert at(image, 22.0, 15.0) == (0xD9, 0xC7, 0xA3)
+    assert {at(image, x, 0.0) for x in (17.0, 19.0, 22.0)} == {(0x5D, 0x6B, 0x7A)}
+    assert at(image, 17.0, 15.0) != at(image, 19.0, 15.0) == (0x5D, 0x6B, 0x7A)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_driveway_covers_the_sidewalk_that_it_crosses(tmp_path: Path, swapped: bool) -> None:
+    street = road(
+        "1",
+        geometry(LINE, 160.0),
+        160.0,
+        lanes=section(0.0, lane(-1, (0, 4.0)) + lane(-2, (0, 4.0), kind="sidewalk")),
+    )
+    drive = road(
+        "2", geometry(LINE, 40.0, x=80.0, y=-38.0, hdg=math.pi / 2), 40.0, elevation=cubics("elevation", (0, 0.0))
+    )
+    image = image_of(read_text(tmp_path, document(*((drive, street) if swapped else (street, drive)))), OPTIONS)
+    assert at(image, 60.0, -6.0) == (0xD9, 0xC7, 0xA3)
+    assert at(image, 82.0, -6.0) == (0x5D, 0x6B, 0x7A)
+
+
+def test_nothing_of_the_road_below_shows_on_a_bridge(tmp_path: Path) -> None:
+    """The road below climbs a hill: most of it is higher than the bridge, and its sign stands where it begins."""
+    mark = '<roadMark sOffset="0" type="solid" color="white" width="0.15"/>'
+    low = lane(-1, (0, 4.0), more=mark) + lane(-2, (0, 4.0), kind="sidewalk", more=mark)
+    ends = " ".join(f'{name}{end}="{value}"' for end in ("Start", "End") for name, value in RAIL.items())
+    repeat = f'<repeat s="0" length="150" distance="0" {ends}/>'
+    rail = f'<object id="5" type="barrier" s="0" t="-2" zOffset="0" height="1">{repeat}</object>'
+    below = road(
+        *("1", geometry(LINE, 160.0), 160.0),
+        lanes=section(0.0, low),
+        elevation=cubics("elevation", (0, 0.0, 0.25)),
+        more=f"<objects>{rail}</objects>",
+    )
+    bridge = road(
+        *("2", geometry(LINE, 60.0, x=20.0, y=-30.0, hdg=math.pi / 2), 60.0),
+        lanes=section(0.0, lane(-1, (0, 8.0), kind="shoulder")),
+        elevation=cubics("elevation", (0, 15.0)),
+    )
+    image = image_of(read_text(tmp_path, document(below, bridge)), OPTIONS)
+    assert at(image, 100.0, -6.0) == (0xD9, 0xC7, 0xA3)
+    on_bridge = {at(image, x, y) for x in (22.0, 24.0, 26.0) for y in np.arange(-9.0, 3.0, 0.2).tolist()}
+    assert on_bridge == {(0x76, 0x82, 0x8E)}
 
 
 def test_pavement_between_the_lanes_of_a_junction_looks_like_these(tmp_path: Path) -> None:

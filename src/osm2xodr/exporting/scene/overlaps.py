@@ -14,12 +14,10 @@ from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.exporting.scene.lane_faces import LaneFaces
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.shapes import LEVEL_APART, rank_of
 
 # Roads lie on each other where they share more than this, m²: less comes of rounding and of chords side by side.
 _LEAST_OVERLAP: Final = 1e-4
-# Surfaces farther apart in height belong to different levels, m; traffic needs 4 m (`CLEARANCE_LEAST`), and roads
-# that meet are closer. A choice between both.
-LEVEL_APART: Final = 1.5
 # Coordinates of cut areas are whole multiples of this, m.
 GRID: Final = 1e-3
 # Sides of the squares into which cut areas are divided so that they follow the surface, m: the planes of junctions
@@ -27,17 +25,6 @@ GRID: Final = 1e-3
 _CELL: Final = 4.0
 # Strips narrower than twice this are no area of their own, m: half of the narrowest kerb (0.1 m), rounded up.
 _SLIVER: Final = 0.06
-# Lane types in the order in which they cover each other: what is driven on shows, what lies beside it gives way. All
-# others are driven on.
-_COVERED: Final = ("tram", "rail", "stop", "parking", "biking", "shoulder", "walking", "sidewalk", "curb")
-_LAST: Final = ("median", "border", "none", "")
-
-
-def rank_of(kind: str) -> int:
-    """Return the place of a type of lanes in the order in which they cover each other; 0 covers all."""
-    if kind in _COVERED:
-        return 1 + _COVERED.index(kind)
-    return 1 + len(_COVERED) + _LAST.index(kind) if kind in _LAST else 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.exporting.mesh import KERB
 from osm2xodr.exporting.scene.lane_faces import LaneFaces, lane_faces
 from osm2xodr.exporting.scene.model import Level, Rim, RoadSurface
-from osm2xodr.exporting.scene.overlaps import LEVEL_APART, Cells, cells_of, groups_of, rank_of
+from osm2xodr.exporting.scene.overlaps import Cells, cells_of, groups_of
 from osm2xodr.exporting.scene.triangles import (
     ONE_PLACE,
     Soup,
@@ -24,6 +24,7 @@ from osm2xodr.exporting.scene.triangles import (
 )
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.shapes import LEVEL_APART, rank_of
 
 # Triangles of lanes with less area in plan say nothing of slopes, m².
 _LEAST_AREA: Final = 1e-3

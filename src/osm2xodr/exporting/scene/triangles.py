@@ -15,8 +15,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from osm2xodr.exporting.scene.overlaps import GRID, LEVEL_APART
+from osm2xodr.exporting.scene.overlaps import GRID
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.shapes import LEVEL_APART
 
 # Places closer together are one, m: more than rounding to `GRID` moves two corners apart, and no multiple of it.
 ONE_PLACE: Final = 2.5 * GRID

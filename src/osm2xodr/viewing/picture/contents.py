@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +14,7 @@ from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
-from osm2xodr.shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM
+from osm2xodr.shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM, PlacedObject, PlacedSignal, rank_of
 from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of
@@ -22,6 +22,7 @@ from osm2xodr.viewing.modes import Categories, Mode, drawn_types, lane_speeds, m
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.hatching import hatch_lines
+from osm2xodr.viewing.picture.levels import Parts
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
@@ -45,6 +46,10 @@ _MOST_CREDIT_LINES: Final = 4
 _BAR_SHARE: Final = 0.16
 # Types of the lanes that close the floor of junctions.
 _FLOOR: Final = ("border", "shoulder")
+# Places of shapes of one level: areas by the number of kinds that cover theirs, the floor before all, then these.
+_LOWEST: Final = 100
+_MARKS: Final = 1
+_FURNITURE: Final = 2
 # Lanes that are narrower have no width, pixels.
 _NO_WIDTH: Final = 1e-3
 # Pixels per metre from which carriageways have edges.
@@ -113,11 +118,13 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     if mode is None:
         raise InputError(f"{file.path} states no speeds{' there' if options.box else ''}; choose another --color")
     x, y, _ = scene.border_places()
-    layers = _layers(file, scene, mode, np.stack(((x - west) * scale, (north - y) * scale), axis=1), scale)
+    parts, places = Parts(scene), np.stack(((x - west) * scale, (north - y) * scale), axis=1)
+    drawn = _drawn(file, scene, mode, places, scale, parts)
     if scale >= FURNITURE_FROM:
         roads = frozenset(scene.strip_road.tolist())
         furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
-        _add_furniture(layers, furniture, scene, x, y)
+        drawn += _furniture(furniture, scene, parts)
+    shapes = [shape for _, shape in sorted(drawn, key=lambda item: item[0])]
     band = max(_LEAST_BAND, round(_BAND * options.width))
     lines = credit_lines(credits_of(file), options.width)
     return Picture(
@@ -126,12 +133,12 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         map_height,
         band,
         scale,
-        [shape for layer in layers for shape in layer],
+        shapes,
         mode,
         nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
         lines,
-        any(isinstance(shape, Line) and shape.colour == DECAL_COLOUR for layer in layers for shape in layer),
+        any(isinstance(shape, Line) and shape.colour == DECAL_COLOUR for shape in shapes),
         bool(np.any(np.diff(unmeasured(file).start)[scene.strip_road] > 0)),
     )
 
@@ -189,72 +196,95 @@ def _strip_boxes(scene: Scene, x: FloatArray, y: FloatArray) -> list[FloatArray]
     return [limit.reduceat(values, start) for limit in (np.fmin, np.fmax) for values in (x, y)]
 
 
-def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float) -> list[list[Shape]]:
-    """Return the shapes of each strip: areas of one colour each, edges and marks.
+def _drawn(
+    file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float, parts: Parts
+) -> list[tuple[tuple[int, int], Shape]]:
+    """Return the shapes of strips, each with its level and its place there: areas of one colour each, edges, marks.
 
-    What only closes the floor of a junction lies under all lanes of it.
+    Of one level lies lowest what only closes the floor of a junction, then what is beside the carriageway, then what
+    is driven on, as in scenes; marks are on top.
     """
     lane_colour, station_colour = _colours(file, scene, mode)
     kinds, kind_of = border_marks(file, scene) if scale >= MARKS_FROM else ([], np.zeros(0, np.int64))
     gaps = unmeasured(file)
-    layers: list[list[Shape]] = []
-    lowest: dict[int, list[Shape]] = {}
+    rank = [_rank(file, lane, int(file.roads.junction[scene.strip_road[strip]])) for strip, lane in _lanes_of(scene)]
+    out: list[tuple[tuple[int, int], Shape]] = []
     begin = scene.border_start
     for strip in range(len(scene.strip_road)):
         advance(0.15 + 0.55 * strip / len(scene.strip_road))
-        grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
+        whole = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
         first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
-        stations = slice(first, first + len(grid))
-        rows = _rows(scene.s[stations], 1.0 / scale)
-        grid, heading = grid[rows], scene.heading[stations][rows]
-        shapes: list[Shape] = []
-        layers.append(shapes)
-        junction = int(file.roads.junction[scene.strip_road[strip]])
-        floor = lowest.setdefault(junction, shapes) if junction >= 0 else shapes
-        if lane_colour is not None:
-            shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
-            halves = _halves(heading)
-            for a, b in _runs(shades):
-                parts = (part for rows in halves for part in _with_width(grid, *rows, a, b))
-                areas = [Polygon(_band(grid, top, end, a, b), shades[a]) for top, end in parts]
-                if _is_floor(file, int(scene.lane[lane + a])):
-                    floor[:0] = areas
-                else:
-                    shapes += areas
-        elif station_colour is not None:
-            shades = [station_colour[first + row] for row in rows[:-1]]
-            for a, b in _runs(shades):
-                shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
-        if scale >= _EDGES_FROM and junction == -1:
-            shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
-        if kinds:
-            borders = lane + strip
-            shapes += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+        every = slice(first, first + len(whole))
+        kept = _rows(scene.s[every], 1.0 / scale)
+        ranks, borders = rank[lane : int(scene.lane_start[strip + 1])], lane + strip
         rows_of_road = slice(*gaps.start[scene.strip_road[strip] :][:2].tolist())
-        if stretches := list(zip(gaps.begin[rows_of_road].tolist(), gaps.end[rows_of_road].tolist(), strict=True)):
-            shapes += hatch_lines(grid, scene.s[first + np.array(rows)], stretches, scale)
-    return layers
+        stretches = list(zip(gaps.begin[rows_of_road].tolist(), gaps.end[rows_of_road].tolist(), strict=True))
+        for level, rows in _by_level(kept, np.maximum.reduceat(parts.level[every], kept).tolist()):
+            grid, halves = whole[rows], _halves(scene.heading[every][rows])
+            if lane_colour is not None:
+                shades = list(zip(lane_colour[lane : lane + len(ranks)], ranks, strict=True))
+                for a, b in _runs(shades):
+                    pieces = (part for half in halves for part in _with_width(grid, *half, a, b))
+                    colour, order = shades[a]
+                    out += [((level, -order), Polygon(_band(grid, top, end, a, b), colour)) for top, end in pieces]
+            elif station_colour is not None:
+                along = [station_colour[first + row] for row in rows[:-1]]
+                for a, b in _runs(along):
+                    out.append(((level, -min(ranks)), Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), along[a])))
+            if scale >= _EDGES_FROM and file.roads.junction[scene.strip_road[strip]] == -1:
+                out += [((level, -min(ranks)), Line(grid[:, k])) for k in (0, -1)]
+            marks: list[Line] = []
+            if kinds:
+                marks += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+            if stretches:
+                marks += hatch_lines(grid, scene.s[first + np.array(rows)], stretches, scale)
+            out += [((level, _MARKS), mark) for mark in marks]
+    return out
 
 
-def _is_floor(file: OpenDrive, lane: int) -> bool:
-    """Say whether a lane of a connecting road, by its row, only closes the floor: it is no higher than the road."""
-    return file.lanes.type[lane] in _FLOOR and not file.lanes.height[lane].any()
+def _lanes_of(scene: Scene) -> Iterable[tuple[int, int]]:
+    """Yield strip and row in the file's table of all lanes, from left to right."""
+    return zip(
+        np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start)).tolist(), scene.lane, strict=True
+    )
 
 
-def _add_furniture(
-    layers: list[list[Shape]],
-    furniture: Iterable[tuple[tuple[float, float, float], list[Shape]]],
-    scene: Scene,
-    x: FloatArray,
-    y: FloatArray,
-) -> None:
-    """Put furniture on top of all strips except bridges above it; x, y are the places of the borders."""
-    west, south, east, north = _strip_boxes(scene, x, y)
-    height = _heights(scene)
-    for (at_x, at_y, at_z), shapes in furniture:
-        over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _OVERHEAD)
-        bridges = np.flatnonzero(over)
-        layers[max(int(bridges[0]) - 1, 0) if len(bridges) else -1].extend(shapes)
+def _rank(file: OpenDrive, lane: int, junction: int) -> int:
+    """Return how many kinds of lanes cover a lane, by its row; most what only closes the floor of a junction."""
+    kind = file.lanes.type[lane]
+    if kind == "biking":
+        # Bicycle lanes lead through junctions over lanes for cars, where scenes have only their surface.
+        return 0
+    # It is no higher than the road.
+    floor = junction >= 0 and kind in _FLOOR and not file.lanes.height[lane].any()
+    return _LOWEST if floor else rank_of(kind)
+
+
+def _by_level(rows: list[int], level: list[int]) -> Iterable[tuple[int, list[int]]]:
+    """Yield the rows of a strip in parts of one level each, which share the row between them.
+
+    `level` has that of the part behind each row.
+    """
+    if len(rows) < 2:
+        return
+    first = 0
+    for k in range(1, len(rows)):
+        if k == len(rows) - 1 or level[k] != level[first]:
+            yield level[first], rows[first : k + 1]
+            first = k
+
+
+def _furniture(
+    furniture: Iterable[tuple[PlacedObject | PlacedSignal, list[Shape]]], scene: Scene, parts: Parts
+) -> list[tuple[tuple[int, int], Shape]]:
+    """Return furniture with its level and its place there: above all that it stands on, below bridges over it."""
+    top = int(parts.level.max(initial=0))
+    out: list[tuple[tuple[int, int], Shape]] = []
+    for thing, shapes in furniture:
+        corners = thing.corners if isinstance(thing, PlacedObject) else ((thing.x, thing.y),)
+        over = parts.above(np.array(corners), thing.z + _OVERHEAD, thing.item.road)
+        out += [((top if over is None else over - 1, _FURNITURE), shape) for shape in shapes]
+    return out
 
 
 def _heights(scene: Scene) -> FloatArray:
@@ -289,8 +319,8 @@ def _rows(s: FloatArray, pixel: float) -> list[int]:
     return [*rows, len(s) - 1]
 
 
-def _runs(shades: list[str]) -> list[tuple[int, int]]:
-    """Return first and last row, exclusive, of neighbours of one colour."""
+def _runs(shades: Sequence[object]) -> list[tuple[int, int]]:
+    """Return first and last row, exclusive, of neighbours that are alike."""
     ends = [k for k in range(1, len(shades)) if shades[k] != shades[k - 1]]
     return list(zip([0, *ends], [*ends, len(shades)], strict=True))
 

@@ -19,6 +19,8 @@ from osm2xodr.shapes import (
     Corners,
     Disc,
     Form,
+    PlacedObject,
+    PlacedSignal,
     Stroke,
     dashed,
     disc,
@@ -56,18 +58,18 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
 
 def furniture_shapes(
     file: OpenDrive, roads: frozenset[int], pixels: _Pixels, scale: float
-) -> Iterator[tuple[tuple[float, float, float], list[Shape]]]:
-    """Yield x, y, z (m) and the shapes of the objects and signals of some roads, the lowest layer first.
+) -> Iterator[tuple[PlacedObject | PlacedSignal, list[Shape]]]:
+    """Yield the objects and signals of some roads with their shapes, the lowest layer first.
 
     `pixels` converts x, y (m) to pixels, of which there are `scale` per metre.
     """
     for thing in in_layers(placed_objects(file, roads)):
-        yield (thing.x, thing.y, thing.z), [_shape(form, pixels, scale) for form in forms_of(thing)]
+        yield thing, [_shape(form, pixels, scale) for form in forms_of(thing)]
     size = min(max(SYMBOL * scale, SMALLEST_SYMBOL), LARGEST_SYMBOL)
     for signal in placed_signals(file, roads):
         x, y = pixels(signal.x, signal.y)
         yield (
-            (signal.x, signal.y, signal.z),
+            signal,
             [
                 Polygon(np.array([(x + size * a, y + size * b) for a, b in corners]), colour)
                 for corners, colour in face_of(signal)
