@@ -53,6 +53,32 @@ def test_a_box_gives_the_bytes_of_a_batch(area: Path, dem: Path, tmp_path: Path)
     assert len(osm2xodr.read(whole).roads.id) > len(osm2xodr.read(out).roads.id) == 1
 
 
+def test_roads_reach_beyond_a_box_unless_they_are_clipped(
+    area: Path, dem: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, clipped = tmp_path / "whole.xodr", tmp_path / "clipped.xodr"
+    assert convert(area, "--bbox", BOX, "--dem", dem, "-o", out, "-q") == 0
+    report = tmp_path / "report.json"
+    given = area, "--bbox", BOX, "--clip", "--dem", dem, "-o", clipped, "-q", "--report-json", report
+    assert convert(*given) == 0
+    by_crop = tmp_path / "crop.xodr"
+    assert main(["crop", str(out), "--bbox", BOX, "-o", str(by_crop), "-q"]) == 0
+    assert clipped.read_bytes() == by_crop.read_bytes()
+    assert osm2xodr.read(clipped).roads.length.sum() < 0.9 * osm2xodr.read(out).roads.length.sum()
+    said = json.loads(report.read_text("utf-8"))
+    assert "clipped" in {item["code"] for item in said["diagnostics"]}
+    assert said["output"]["bytes"] == clipped.stat().st_size
+    # By the library, and in place of polygons.
+    osm2xodr.convert(area, dem, tmp_path / "library.xodr", polygon=polygons(tmp_path), clip=True)
+    assert osm2xodr.read(tmp_path / "library.xodr").roads.length == pytest.approx(osm2xodr.read(clipped).roads.length)
+    for words, why in (
+        (["--clip"], "--clip is about a part of the map"),
+        (["--bbox", BOX, "--clip", "--target", "sumo"], "--clip cannot cut the programmes of traffic lights"),
+    ):
+        assert convert(area, *words, "-o", tmp_path / "no.xodr") == 2
+        assert why in capsys.readouterr().err
+
+
 def test_polygons_standard_input_and_python_give_the_same(
     area: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

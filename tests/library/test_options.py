@@ -94,5 +94,5 @@ def test_every_option_says_what_it_is() -> None:
     text = " ".join((ConvertOptions.__doc__ or "").split())
     for name, declared in DECLARATIONS.items():
         assert f" {name} {' '.join(declared.help.split())}" in text
-    own = ["name", "bbox", "polygon", "corrections", "corrections_shared", "frame", "tile", "jobs"]
+    own = ["name", "bbox", "polygon", "clip", "corrections", "corrections_shared", "frame", "tile", "jobs"]
     assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == own

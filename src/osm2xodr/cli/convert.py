@@ -210,12 +210,13 @@ def _convert(
     # The data of the stages has no reference cycles; the search for some takes up to a fifth of the time.
     gc.disable()
     try:
-        from osm2xodr.library import convert as run
+        from osm2xodr.library import clipping, convert as run
 
         try:
             conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage, layouts=layouts)
             # What was asked for, whatever file is read for it.
-            conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
+            inputs = options.inputs(wanted.area, wanted.dem)
+            conversion = dataclasses.replace(conversion, inputs=inputs, clip=clipping(options))
             progress.stage(f"writing {label(output)}")
             written = conversion.write(output, report_json=wanted.report_json, osm_issues=wanted.osm_issues)
         finally:

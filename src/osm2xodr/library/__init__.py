@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         ConvertOptions as ConvertOptions,
         Declaration as Declaration,
     )
-    from osm2xodr.library.parts import crop as crop, merge as merge
+    from osm2xodr.library.parts import clipping as clipping, crop as crop, merge as merge
     from osm2xodr.library.scenes import (
         CARLA_TILE as CARLA_TILE,
         SCENE_FORMATS as SCENE_FORMATS,
@@ -63,7 +63,7 @@ __getattr__ = lazy_exports(
             "render",
             "report",
         ),
-        "parts": ("crop", "merge"),
+        "parts": ("clipping", "crop", "merge"),
         "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
         "options": ("ConvertOptions", "DECLARATIONS", "Declaration"),
     },

@@ -19,6 +19,7 @@ from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
 from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
 from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
+from osm2xodr.library.parts import clipping
 from osm2xodr.model import Corrections, Rule
 from osm2xodr.osmParsing import ParseOptions, parse_ways_option
 from osm2xodr.pipeline import PipelineOptions
@@ -107,7 +108,9 @@ def convert(
     )
     source = None if osm == STANDARD_OUTPUT else osm
     inputs = options.inputs(osm, dems)
-    conversion = dataclasses.replace(made, inputs=inputs, options=how, jobs=wanted.jobs, source=source)
+    conversion = dataclasses.replace(
+        made, inputs=inputs, options=how, jobs=wanted.jobs, source=source, clip=clipping(options)
+    )
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)

@@ -33,7 +33,7 @@ DEM_ENCODINGS: Final = ("terrarium", "mapbox")
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
 # Options that reports say only where they are given.
-_RARE: Final = ("frame", "tile", "bbox", "polygon", "corrections", "corrections_shared")
+_RARE: Final = ("frame", "tile", "bbox", "polygon", "clip", "corrections", "corrections_shared")
 # Beyond this factor nothing is left of the terrain: a choice.
 _SMOOTHING_MOST: Final = 100.0
 
@@ -82,13 +82,17 @@ class ConvertOptions:
     )
     date: str = _option("Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT")
     bbox: str | Sequence[float] | None = _option(
-        "Convert only this part of AREA: degrees, WGS 84.  [default: everything]",
+        "Convert only this part of AREA, with roads that reach beyond it up to their next junction: degrees, WGS 84."
+        "  [default: everything]",
         metavar="W,S,E,N",
         in_report=False,
         per_area=False,
     )
     polygon: str | None = _option(
         "Likewise: the polygons of a GeoJSON file.", Path, metavar="FILE", in_report=False, per_area=False
+    )
+    clip: bool = _flag(
+        "Cut roads off at --bbox or --polygon, as the command crop does.", in_report=False, per_area=False
     )
     ways: str | Iterable[str] = _option(
         "Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
@@ -257,6 +261,12 @@ class ConvertOptions:
         if self.corrections_shared and self.corrections is None:
             names = "corrections", "corrections_shared"
             raise OptionError("corrections_shared is about corrections; give them, or leave it out", *names)
+        if self.clip and self.bbox is None and self.polygon is None:
+            why = "clip is about a part of the map; give bbox or polygon, or leave it out"
+            raise OptionError(why, "clip", "bbox", "polygon")
+        if self.clip and TARGETS[self.target].programmes:
+            why = f"clip cannot cut the programmes of traffic lights that {self.target} has beside the file"
+            raise OptionError(f"{why}; choose another target, or leave it out", "clip", "target")
         if self.tile is not None and self.frame is None:
             raise OptionError("tile is about areas side by side; give their frame, or leave it out", "tile", "frame")
         if not 0.0 < self.smoothing < math.inf:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from osm2xodr.errors import InputError, OptionError
+from osm2xodr.errors import EmptyAreaError, InputError, OptionError
 from osm2xodr.library.files import AnyPath, Box, names_of, read, read_box
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
+    from osm2xodr.library.options import ConvertOptions
     from osm2xodr.model import BoolArray, FloatArray
     from osm2xodr.opendrive import OpenDrive
     from osm2xodr.parts import Choice
@@ -71,6 +72,30 @@ def crop(
     from osm2xodr.parts import crop_network
 
     return _write(Path(output), *crop_network(drive, choice), say)
+
+
+def clipping(options: ConvertOptions) -> Callable[[Path, Any], Iterable[str]] | None:
+    """Return what cuts off a file that was written at the part of the map that the options name; None for the whole.
+
+    It writes to a binary stream, and returns sentences about what was cut off.
+    """
+    if not options.clip:
+        return None
+
+    def clip(path: Path, stream: Any) -> Iterable[str]:
+        from osm2xodr.parts import crop_network, write_tree
+
+        drive = read(path)
+        box = None if options.bbox is None else read_box("bbox", options.bbox, "degrees")
+        polygon = None if options.polygon is None else Path(options.polygon)
+        choice = _choice(drive, box, polygon, None)
+        if not choice.stretches:
+            raise EmptyAreaError("clip leaves no road: all of them lie outside of the part; give a larger one")
+        root, lines = crop_network(drive, choice)
+        write_tree(root, stream)
+        return lines
+
+    return clip
 
 
 def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None) -> Path:

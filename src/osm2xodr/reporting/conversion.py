@@ -9,7 +9,8 @@ import dataclasses
 import hashlib
 import os
 import shlex
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from html import escape
@@ -54,6 +55,8 @@ class Conversion:
     options: WriteOptions = field(default_factory=WriteOptions)
     jobs: int = 1
     source: Path | None = None  # The map, for the places of its elements; None where it cannot be read again
+    # Reads a file and writes the part of it that is wanted; returns what was cut off, in sentences. None: all of it.
+    clip: Callable[[Path, Any], Iterable[str]] | None = None
 
     def write(
         self,
@@ -105,7 +108,7 @@ class Conversion:
         diagnostics = self.diagnostics.copy()
         with stream_to(Path(path)) as stream:
             counting = _Counting(stream)
-            write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
+            self._write(counting, how, diagnostics)
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
             others: list[tuple[Path, bytes]] = []
             beside = None if Path(path) == STANDARD_OUTPUT else programmes_file(Path(path))
@@ -126,6 +129,18 @@ class Conversion:
             # What belonged to a file that is replaced would now contradict it.
             remove_made(beside, PROGRAMMES_HEAD.encode())
         return written
+
+    def _write(self, stream: _Counting, how: WriteOptions, diagnostics: Diagnostics) -> None:
+        """Write the document, or the part of it that is wanted."""
+        if self.clip is None:
+            write_xodr(self.road_map, stream, how, diagnostics, self.jobs)
+            return
+        with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
+            whole = Path(folder) / "whole.xodr"
+            with whole.open("wb") as file:
+                write_xodr(self.road_map, file, how, diagnostics, self.jobs)
+            for line in self.clip(whole, stream):
+                diagnostics.note("clipped", "", line)
 
     def _issues(self) -> bytes:
         """Return the mistakes of OpenStreetMap, GeoJSON in UTF-8."""
