@@ -20,16 +20,23 @@ TRACKS = Case(
     {"w": (-150.0, 0.0), "a": (0.0, 0.0), "b": (4.0, 0.0), "e": (150.0, 0.0)},
     {1: ("w a b e", "highway=tertiary")},
 )
-RING = {f"r{k}": (15.0 * cos(k * pi / 6), 15.0 * sin(k * pi / 6)) for k in range(12)}
-ROUND = Case(
-    {**RING, "e": (120.0, 0.0), "n": (0.0, 120.0), "w": (-120.0, 0.0)},
-    {
-        1: (" ".join([*RING, "r0"]), "highway=tertiary junction=roundabout"),
-        2: ("e r0", "highway=tertiary"),
-        3: ("n r3", "highway=tertiary"),
-        4: ("w r6", "highway=tertiary"),
-    },
-)
+
+
+def roundabout(radius: float) -> Case:
+    """Return a roundabout of three streets, which come from the east (way 2), the north and the west."""
+    ring = {f"r{k}": (radius * cos(k * pi / 6), radius * sin(k * pi / 6)) for k in range(12)}
+    return Case(
+        {**ring, "e": (120.0, 0.0), "n": (0.0, 120.0), "w": (-120.0, 0.0)},
+        {
+            1: (" ".join([*ring, "r0"]), "highway=tertiary junction=roundabout"),
+            2: ("e r0", "highway=tertiary"),
+            3: ("n r3", "highway=tertiary"),
+            4: ("w r6", "highway=tertiary"),
+        },
+    )
+
+
+ROUND = roundabout(15.0)
 
 
 def rail_signs(found: Signed) -> list[complex]:
@@ -80,8 +87,12 @@ def test_lights_and_barriers_stand_beside_the_road(tags: str, expected: list[str
 
 
 @EITHER
-def test_entries_of_a_roundabout_have_give_way_signs(rule: Rule) -> None:
-    found = signed(ROUND, rule)
+@pytest.mark.parametrize(("radius", "junctions"), [(15.0, 3), (3.0, 1)])
+def test_entries_of_a_roundabout_have_give_way_signs(radius: float, junctions: int, rule: Rule) -> None:
+    """A small one lies inside of one junction; there, too, who goes round goes first."""
+    found = signed(roundabout(radius), rule)
+    assert len(found.world.road_map.junctions) == junctions
+    assert all(item.priorities for item in found.world.road_map.junctions)
     assert sorted(found.way(item) for item in found.named("give_way")) == [2, 3, 4]
     assert [stop.kind for stop in found.signs.stops] == [Sign.GIVE_WAY.value] * 3
     (said,) = [item for item in found.world.diagnostics if item.code == "yield-sign"]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+import numpy as np
+
 from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.diagnostics import Kind
@@ -69,6 +71,27 @@ class YieldSigns:
             out[junction.id] = frozenset(low - high)
         return out
 
+    @cached_property
+    def _rings(self) -> frozenset[tuple[int, int]]:
+        """Junctions, and roads of roundabouts that lead to them."""
+        streets = self._world.network.streets
+        return frozenset(
+            (item.junction, item.road)
+            for item in self._by_end.values()
+            if streets[item.street_end // 2].attributes_at_end(item.street_end).roundabout
+        )
+
+    @cached_property
+    def _yielding_to_rings(self) -> frozenset[tuple[int, int]]:
+        """Junctions and roads of which some traffic yields to that of a roundabout."""
+        ring = {road for _, road in self._rings}
+        found: set[tuple[int, int]] = set()
+        for junction in self._world.road_map.junctions:
+            incoming = {item.connecting_road: item.incoming_road for item in junction.connections}
+            pairs = ((incoming[high], incoming[low]) for high, low in junction.priorities)
+            found |= {(junction.id, low) for high, low in pairs if high in ring and low not in ring}
+        return frozenset(found)
+
     def add_nodes(self) -> None:
         """Add the signs of the nodes on streets."""
         controls = self._world.network.node_facts.controls
@@ -87,19 +110,21 @@ class YieldSigns:
         Approaches with lights are `signalled`, as (road, whether at its end).
         """
         streets, minis = self._world.network.streets, self._world.network.node_facts.mini_roundabouts
-        rings = {
-            item.junction
-            for item in self._by_end.values()
-            if streets[item.street_end // 2].attributes_at_end(item.street_end).roundabout
-        }
         small = {
             item.id: f"node/{node}"
             for item in self._world.road_map.junctions
             for node in sorted(minis.intersection(item.osm_node_ids))
         }
+        places = self._world.places
+        # Roundabouts that a junction has taken in: all of its arms enter them.
+        inside = {
+            int(places.end_junction[2 * street])
+            for street in np.flatnonzero(places.inner).tolist()
+            if streets[street].attributes_at_end(0).roundabout
+        } - {junction for junction, _ in self._rings}
         added: list[str] = []
         for item in self._by_end.values():
-            enters = item.junction in rings and item.road in self._minor_roads[item.junction]
+            enters = item.junction in inside or (item.junction, item.road) in self._yielding_to_rings
             known = (item.road, item.at_end) in signalled or (item.road, item.at_end, None) in self._found
             if not known and (enters or item.junction in small):
                 way = streets[item.street_end // 2].attributes_at_end(item.street_end).osm_way_id

@@ -2,7 +2,7 @@
 
 What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
 ``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs no
-record; at signals there is none either. At mini roundabouts those who go round the middle go first. OpenDRIVE 1.6 and
+record; at signals there is none either. At roundabouts inside a junction who goes round goes first. OpenDRIVE 1.6 and
 1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction, which these are.
 """
 
@@ -65,7 +65,7 @@ def find_priorities(
     `diagnostics` gets signs that say the opposite of the roads' classes.
     """
     signs = _with_inner_signs(network, ends, layout, read_signs(network))
-    inside = _signalled_inside(network, layout, signs)
+    inside, rings = _signalled_inside(network, layout, signs), _rings_inside(network, layout)
     high: list[int] = []
     low: list[int] = []
     counts = dict.fromkeys(_COUNTS, 0)
@@ -84,7 +84,8 @@ def find_priorities(
         if signs.all_way & arms.keys() or not signs.all_way_nodes.isdisjoint(nodes):
             counts["all_way_stops"] += 1
             continue
-        if not network.node_facts.mini_roundabouts.isdisjoint(nodes):
+        absorbed = junction in rings and not any(ends.roundabout[end] for end in layout.arms[junction])
+        if absorbed or not network.node_facts.mini_roundabouts.isdisjoint(nodes):
             pairs = _round_the_middle(rows, connecting, parts, ends, network.rule)
             high += [one for one, _ in pairs]
             low += [other for _, other in pairs]
@@ -122,7 +123,7 @@ def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tu
 def _round_the_middle(
     rows: Mapping[int, Sequence[int]], connecting: ConnectingRoads, parts: RoadParts, ends: StreetEnds, rule: Rule
 ) -> list[tuple[int, int]]:
-    """Return pairs of ways through a mini roundabout: the one that passes before the entry of the other goes first.
+    """Return pairs of ways through a roundabout that lies inside a junction: who passes before an entry goes first.
 
     Traffic goes round the middle, counter-clockwise where it keeps to the right. Of two that pass before each other's
     entries none goes first.
@@ -167,6 +168,17 @@ def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Sig
     junction_of = {node: junction for junction, nodes in enumerate(layout.nodes) for node in nodes}
     streets = [network.streets[end // 2] for end in ends]
     return {junction_of[node] for street in streets for node in (street.start, street.end) if node in junction_of}
+
+
+def _rings_inside(network: StreetNetwork, layout: JunctionLayout) -> set[int]:
+    """Return the junctions with streets of roundabouts inside them."""
+    junction_of = {node: junction for junction, nodes in enumerate(layout.nodes) for node in nodes}
+    streets = (network.streets[street] for street in np.flatnonzero(layout.inner).tolist())
+    return {
+        junction_of[street.start]
+        for street in streets
+        if street.start in junction_of and street.attributes_at_end(0).roundabout
+    }
 
 
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
