@@ -129,7 +129,7 @@ class YieldSigns:
             if not known and (enters or item.junction in small):
                 way = streets[item.street_end // 2].attributes_at_end(item.street_end).osm_way_id
                 added.append(f"way/{way}")
-                self.add(self._of(item, Sign.GIVE_WAY.value, small.get(item.junction, "")))
+                self.add(self._of(item, Sign.GIVE_WAY.value, small.get(item.junction, added[-1])))
         words = "into a roundabout without a sign in OSM: give-way signs are assumed"
         self._world.diagnostics.count(Kind.GUESSED, "yield-sign", added, "road", words)
 
