@@ -224,10 +224,7 @@ def _limit_paths(network: Network, ends: _Ends, density: FloatArray) -> list[Lim
         # In units of grades, as what is stiff is a road that is turned.
         bent = sp.csr_matrix(0.25 * rows)
         out.append(within(bent, 0.25 * length * bound, STIFFNESS_RATIO * k[j], cap[j]))
-    return [
-        *out,
-        _limit_partings(network.problem, connectors, paths, k, _moment(density, defaults.CUT_AND_FILL_PUSH)),
-    ]
+    return [*out, _limit_partings(network.problem, connectors, paths, k, _moment(density, defaults.PARTING_PUSH))]
 
 
 def _limit_partings(
