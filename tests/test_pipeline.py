@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from scene_files import scene_named
 from osm2xodr.diagnostics import Diagnostic, Diagnostics
 from osm2xodr.geometry.connections import connecting_roads
 from osm2xodr.pipeline import PipelineOptions, convert
+from osm2xodr.system import Task
 from osm2xodr.xodrWriter import write_xodr
 
 SCENE = "i5_exit_ramp"
@@ -51,3 +53,19 @@ def test_parts_are_drawn_as_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     assert parts[0].count(b"<road ") == whole[0].count(b"<road ")
     assert parts[0].count(b"<laneLink ") == whole[0].count(b"<laneLink ")
     assert parts[1] == whole[1]
+
+
+@pytest.mark.parametrize(("copies_from", "copied"), [(35, True), (36, False)])
+def test_few_streets_are_converted_by_one_process(
+    copies_from: int, copied: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scene has 35 streets."""
+
+    def task(function: Callable[[], object], *, apart: bool) -> Task[object]:
+        asked.append(apart)
+        return Task(function, apart=False)
+
+    asked: list[bool] = []
+    monkeypatch.setattr("osm2xodr.pipeline.Task", task)
+    convert(PipelineOptions(scene_named(SCENE).osm, jobs=2, copies_from=copies_from), Diagnostics())
+    assert asked == [copied]

@@ -52,6 +52,7 @@ class PipelineOptions:
     roads: RoadOptions = field(default_factory=RoadOptions)
     furniture: FurnitureOptions = field(default_factory=FurnitureOptions)  # What stands on and beside them
     jobs: int = 1  # How many processes work at once, at least 1; the result is the same for any number
+    copies_from: int = 0  # Fewer streets than these are converted by one process, whatever `jobs` says
     # The areas side by side that this is one of; roads are cut at its border. Where it has a block, `area` is the map
     # of that. None for an area by itself.
     partition: Partition | None = None
@@ -116,6 +117,8 @@ def _lay_out(options: PipelineOptions, on_stage: Callable[[str], None]) -> Layou
     on_stage(f"reading {options.area}")
     parse = replace(options.parse, frame=partition.frame) if partition else options.parse
     network = parse_osm(options.area, parse, diagnostics)
+    if len(network.streets) < options.copies_from:
+        options = replace(options, jobs=1)
     if options.dems:
         on_stage("reading the elevation model")
     terrain = _read_terrain(options, network, diagnostics)
@@ -241,7 +244,7 @@ def _judge_coverage(
 ) -> None:
     """Report how much of the roads has no measured height, and where; fail if it is too much."""
     found = road_map.unmeasured
-    if found is None or coverage is None:
+    if found is None or coverage is None or not len(found.begin):
         return
     from osm2xodr.surface import judge_coverage
 

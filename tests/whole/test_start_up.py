@@ -13,9 +13,20 @@ import osm2xodr
 
 # Readers and projections, and parts of SciPy that take a tenth of a second and more with all that they import.
 READERS = {"osmium", "rasterio", "pyproj"}
-HEAVY = {"scipy.interpolate", "scipy.optimize", "scipy.stats", "scipy.signal", "scipy.integrate", "lxml"}
+HEAVY = {
+    "scipy.interpolate",
+    "scipy.optimize",
+    "scipy.stats",
+    "scipy.signal",
+    "scipy.integrate",
+    "scipy.ndimage",
+    "lxml",
+}
 # Chains of the standard library that nothing of a conversion needs, unless these libraries do.
 NEEDLESS = {"importlib.metadata", "email", "http", "ssl", "uuid", "xml.sax", "unittest", "asyncio", "pydoc"}
+# What this conversion was not asked for: copies of the process, cropping, a page, a list of mistakes in OSM.
+UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.library.files", "osm2xodr.reporting.osm_issues"}
+OTHER_WINGS = tuple(f"osm2xodr.{wing}" for wing in ("batch", "checking", "exporting", "fetching", "parts", "viewing"))
 LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg, scipy.spatial, scipy.fft, scipy.ndimage"
 
 
@@ -48,6 +59,8 @@ def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> Non
     # The surface's splines are SciPy's.
     assert with_dem or found & HEAVY == set()
     assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
+    assert found & UNASKED == set()
+    assert {name for name in found if name.startswith(OTHER_WINGS)} == {"osm2xodr.batch", "osm2xodr.batch.layouts"}
 
 
 def test_the_library_loads_when_it_is_used() -> None:

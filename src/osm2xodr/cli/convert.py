@@ -35,12 +35,12 @@ from osm2xodr.library import DECLARATIONS
 from osm2xodr.reporting import Style, details, kinds_of_findings, summary
 from osm2xodr.surface import expand
 from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
-from osm2xodr.viewing import ReportOptions
 
 if TYPE_CHECKING:
     from osm2xodr.batch import Layouts
     from osm2xodr.library import AreaMap, ConvertOptions
     from osm2xodr.reporting import Conversion, Line, Written
+    from osm2xodr.viewing import ReportOptions
 
 _MEGABYTE = 1e6
 _MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2", ".xz", ".zst"})
@@ -235,6 +235,8 @@ def _convert(
     status = findings = 0
     try:
         if wanted.check or html is not None:
+            from osm2xodr.viewing import ReportOptions
+
             about_page = ReportOptions(
                 *(found.path, wanted.dem, json.loads(log or b"null")),
                 dem_crs=options.dem_crs,

@@ -18,7 +18,7 @@ from osm2xodr.furniture import FurnitureOptions, parse_objects_option
 from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
 from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
-from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
+from osm2xodr.library.options import COPIES_FROM, DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
 from osm2xodr.library.parts import clipping
 from osm2xodr.model import Corrections, Rule
 from osm2xodr.osmParsing import ParseOptions, parse_ways_option
@@ -193,7 +193,9 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
 
         own = area_name(area) if options.tile is None else options.tile
         partition = read_partition(Path(options.frame), own, in_block=options.tile is not None)
-    jobs = options.jobs or min(available_jobs(), MOST_JOBS)
+    jobs, copies_from = (options.jobs, 0) if options.jobs else (min(available_jobs(), MOST_JOBS), COPIES_FROM)
     roads = RoadOptions(options.turnarounds, options.u_turns, options.plan)
     boundaries = WriteOptions(options.xodr_version).dialect.has_boundary
-    return PipelineOptions(area, dems, parse, surface, elevation, roads, furniture, jobs, partition, boundaries)
+    return PipelineOptions(
+        area, dems, parse, surface, elevation, roads, furniture, jobs, copies_from, partition, boundaries
+    )

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from osm2xodr.errors import EmptyAreaError, InputError, OptionError
-from osm2xodr.library.files import AnyPath, Box, names_of, read, read_box
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
+    from osm2xodr.library.files import AnyPath, Box
     from osm2xodr.library.options import ConvertOptions
     from osm2xodr.model import BoolArray, FloatArray
     from osm2xodr.opendrive import OpenDrive
@@ -66,11 +66,12 @@ def crop(
     """
     if sum(item is not None for item in (bbox, polygon, roads)) != 1:
         raise OptionError("give one of bbox, polygon and roads", "bbox", "polygon", "roads")
+    from osm2xodr.library.files import read_box
+    from osm2xodr.parts import crop_network
+
     box = None if bbox is None else read_box("bbox", bbox, "degrees")
     drive = _read_again(file)
     choice = _choice(drive, box, None if polygon is None else Path(polygon), roads)
-    from osm2xodr.parts import crop_network
-
     return _write(Path(output), *crop_network(drive, choice), say)
 
 
@@ -83,6 +84,7 @@ def clipping(options: ConvertOptions) -> Callable[[Path, Any], Iterable[str]] | 
         return None
 
     def clip(path: Path, stream: Any) -> Iterable[str]:
+        from osm2xodr.library.files import read, read_box
         from osm2xodr.parts import crop_network, write_tree
 
         drive = read(path)
@@ -146,11 +148,14 @@ def _read_again(file: AnyPath) -> OpenDrive:
     """Read a file that will be read once more, as a tree."""
     if os.fspath(file) == str(STANDARD_OUTPUT):
         raise InputError("standard input cannot be read twice, as is needed here; give a file")
+    from osm2xodr.library.files import read
+
     return read(file)
 
 
 def _choice(drive: OpenDrive, box: Box | None, polygon: Path | None, roads: str | Iterable[str] | None) -> Choice:
     """Return what is kept of a file."""
+    from osm2xodr.library.files import names_of
     from osm2xodr.parts import choose_inside, choose_roads
 
     if roads is not None:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from osm2xodr.conventions import PROGRAMMES_HEAD, programmes_file
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
-from osm2xodr.reporting.osm_issues import osm_issues as osm_issues_of
 from osm2xodr.reporting.report import report
 from osm2xodr.system import STANDARD_OUTPUT, remove_made, settle, stream_to
 from osm2xodr.xodrWriter import WriteOptions, check_date, signal_programmes, write_xodr
@@ -146,7 +145,9 @@ class Conversion:
         """Return the mistakes of OpenStreetMap, GeoJSON in UTF-8."""
         if self.source is None:
             raise OptionError("osm_issues needs the map as a file, to read places from", "osm_issues")
-        return osm_issues_of(self.diagnostics, self.source, self.road_map.frame)
+        from osm2xodr.reporting.osm_issues import osm_issues
+
+        return osm_issues(self.diagnostics, self.source, self.road_map.frame)
 
     def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
         """Return the report about the conversion and a file that was written, JSON in UTF-8.

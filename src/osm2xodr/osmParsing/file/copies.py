@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO, Final, cast
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.system import xml_stream
@@ -178,6 +177,9 @@ class _Copying:
             self._open = None
 
     def _write(self, name: str, found: dict[str, str], end: str) -> None:
+        # Here, as few files need a copy.
+        from xml.sax.saxutils import quoteattr
+
         kept = {key: found[key] for key in _ATTRIBUTES[name] if found.get(key) or (key in found and name != "node")}
         if name in _OBJECTS:
             version = found.get("version", "")
