@@ -2,7 +2,8 @@
 
 `plan_views` tables of curves · `spirals` their shapes · `cubics` piecewise cubics · `dubins` shortest curves between
 poses · `nearest` places nearest to points · `crossings` curves that cross · `overlaps` roads over each other ·
-`clearances` room between them · `polygons` points in areas · `polylines` along them · `ragged` groups in flat arrays
+`clearances` room between them · `polygons` points in areas · `polylines` along them · `table` equally long columns ·
+`ragged` groups in flat arrays, distinct integers
 """
 
 from __future__ import annotations
@@ -51,16 +52,32 @@ from osm2xodr.curves.plan_views import (
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
 from osm2xodr.curves.polylines import running_lengths
-from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts, sum_before
+from osm2xodr.curves.ragged import (
+    blocks,
+    owners,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    starts,
+    sum_before,
+    unique_all,
+    unique_counts,
+    unique_first,
+    unique_inverse,
+)
 from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
+from osm2xodr.curves.table import RaggedTable, Table, join_tables
 
 __all__ = [
     "CLEARANCE_STEP",
     "SAMPLE_SPACING",
     "ClosePlaces",
     "CurveFinder",
+    "RaggedTable",
     "RoadGraph",
     "Stations",
+    "Table",
     "advance",
     "arc_step",
     "area_at",
@@ -85,6 +102,7 @@ __all__ = [
     "heading_at",
     "heading_change",
     "inside_outline",
+    "join_tables",
     "lengths",
     "lines_that_go_on",
     "outline_bounds",
@@ -102,6 +120,7 @@ __all__ = [
     "rays_to_segments",
     "record_ends",
     "record_turns",
+    "repeated",
     "replace_curves",
     "reverse_curves",
     "running_lengths",
@@ -112,12 +131,17 @@ __all__ = [
     "smallest_radius",
     "smooth_step",
     "snap_cuts",
+    "sorted_unique",
     "spiral_step",
     "spirals_between",
     "stack_plan_views",
     "stack_profiles",
     "starts",
     "sum_before",
+    "unique_all",
+    "unique_counts",
+    "unique_first",
+    "unique_inverse",
     "value_of_cubics",
     "wrapped",
 ]

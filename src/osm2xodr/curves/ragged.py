@@ -1,13 +1,14 @@
-"""Groups of different sizes that stand one after the other in flat arrays."""
+"""Groups of different sizes that stand one after the other in flat arrays, and distinct integers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Rows that are worked on at a time: as many as a processor's cache holds with all columns that come of them.
 ROWS_AT_ONCE: Final = 16384
@@ -25,7 +26,12 @@ def starts(count: IntArray | Sequence[int]) -> IntArray:
 
 def owners(start: IntArray) -> IntArray:
     """Return the group that each row belongs to, by where the groups begin and the last ends, (groups + 1,)."""
-    return np.repeat(np.arange(len(start) - 1), np.diff(start))
+    return repeated(np.diff(start))
+
+
+def repeated(count: IntArray | Sequence[int]) -> IntArray:
+    """Return the group that each row belongs to, by the groups' sizes, (groups,)."""
+    return np.repeat(np.arange(len(count)), count)
 
 
 def ranks(count: IntArray) -> IntArray:
@@ -45,3 +51,69 @@ def runs(first: IntArray, count: IntArray) -> IntArray:
     `first` says where the rows of each group begin in another array and `count` how many they are, (groups,).
     """
     return np.repeat(first, count) + ranks(count)
+
+
+# NumPy's own functions for this use hash tables in some versions, which are slower than sorting, and give inverses
+# of other shapes in others.
+
+
+class Distinct(NamedTuple):
+    """Distinct integers, ascending, where they stand among the given ones, and how often."""
+
+    values: IntArray
+    first: IntArray  # Index of the first of each
+    inverse: IntArray  # Index of the value of each given one, flat
+    counts: IntArray
+
+
+def sorted_unique(values: npt.ArrayLike) -> IntArray:
+    """Return the distinct ones of integers of any shape, ascending."""
+    ordered = np.sort(np.asarray(values), axis=None)
+    return ordered[_is_new(ordered)]
+
+
+def unique_inverse(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
+    """Return the distinct ones of integers, ascending, and the index among them of each given one, flat."""
+    flat = np.ravel(values)
+    order = np.argsort(flat)
+    ordered = flat[order]
+    new = _is_new(ordered)
+    return ordered[new], _numbers(order, new)
+
+
+def unique_first(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
+    """Return the distinct ones of integers, ascending, and the index of the first of each."""
+    flat = np.ravel(values)
+    order = np.argsort(flat, kind="stable")
+    first = order[_is_new(flat[order])]
+    return flat[first], first
+
+
+def unique_counts(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
+    """Return the distinct ones of integers, ascending, and how often each is there."""
+    ordered = np.sort(np.asarray(values), axis=None)
+    begin = np.flatnonzero(_is_new(ordered))
+    return ordered[begin], np.diff(begin, append=len(ordered))
+
+
+def unique_all(values: npt.ArrayLike) -> Distinct:
+    """Return the distinct ones of integers with all that is known of them."""
+    flat = np.ravel(values)
+    order = np.argsort(flat, kind="stable")
+    new = _is_new(flat[order])
+    begin = np.flatnonzero(new)
+    return Distinct(flat[order[begin]], order[begin], _numbers(order, new), np.diff(begin, append=len(flat)))
+
+
+def _is_new(ordered: IntArray) -> BoolArray:
+    """Whether each of ascending integers differs from the one before, (n,)."""
+    new = np.ones(len(ordered), np.bool_)
+    np.not_equal(ordered[1:], ordered[:-1], out=new[1:])
+    return new
+
+
+def _numbers(order: IntArray, new: BoolArray) -> IntArray:
+    """Return the number of each integer's group, (n,); `new` says where groups begin in this order of integers."""
+    out = np.empty(len(order), np.int64)
+    out[order] = np.cumsum(new) - 1
+    return out

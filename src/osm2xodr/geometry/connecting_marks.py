@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import heading_change, lengths, pose, ranks
+from osm2xodr.curves import Table, heading_change, lengths, pose, ranks
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -66,7 +66,8 @@ def connecting_marks(
     return {row: marks for row, marks in out.items() if marks != (NO_MARK, NO_MARK)}
 
 
-class _Places(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places(Table):
     """Places along the middles of lanes, row after row."""
 
     row: IntArray  # (m,) Of the connecting road
@@ -86,10 +87,6 @@ class _Places(NamedTuple):
         last = np.where(connecting.joins_cars, connecting.entry_width, connecting.exit_width)
         width = connecting.entry_width[rows][of] * (1 - share) + last[rows][of] * share
         return _Places(rows[of], np.column_stack([x, y]), hdg, 0.5 * width)
-
-    def chosen(self, which: BoolArray | IntArray) -> _Places:
-        """Return some of the places."""
-        return _Places(self.row[which], self.xy[which], self.hdg[which], self.half[which])
 
 
 def _edges(connecting: ConnectingRoads, wanted: IntArray, sides: tuple[int, int]) -> list[list[_Edge]]:

@@ -15,6 +15,8 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    RaggedTable,
+    Table,
     chosen_curves,
     cubic_slope,
     cubic_value,
@@ -73,7 +75,7 @@ _LEAST_SHARE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kinked:
+class Kinked(RaggedTable):
     """Values at places along curves, with a slope on either side: one cubic from each place to the next.
 
     What lies beside a curve has another slope along it where its curvature steps.
@@ -90,12 +92,6 @@ class Kinked:
     def curve(self) -> IntArray:
         """The curve of each place, (places,)."""
         return owners(self.start)
-
-    def chosen(self, keep: BoolArray) -> Kinked:
-        """Return those of some curves, (n,)."""
-        at = keep[self.curve]
-        start = starts(np.diff(self.start)[keep])
-        return Kinked(start, self.s[at], self.value[at], self.before[at], self.after[at])
 
     def records(self) -> CubicProfile:
         """Return the cubics, those that only continue the one before joined with it."""
@@ -120,19 +116,13 @@ def _redundant(b: FloatArray, c: FloatArray, d: FloatArray, s: FloatArray) -> Bo
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CrossfallLines:
+class CrossfallLines(Table):
     """Reference lines of some connecting roads, from that of the road before to that of the road behind."""
 
     row: IntArray  # (n,) The connecting roads, in ascending order
     plan_view: PlanView  # n curves
     middle: Kinked  # How far left of them the lane's middle lies, m; n curves
     wider: Kinked  # How many times as wide as the lane what the lines' normals cut from it is, at the same places
-
-    def chosen(self, keep: BoolArray) -> CrossfallLines:
-        """Return some of them."""
-        at = np.flatnonzero(keep)
-        plan = chosen_curves(self.plan_view, at)
-        return CrossfallLines(self.row[at], plan, self.middle.chosen(keep), self.wider.chosen(keep))
 
 
 def find_crossfall_lines(

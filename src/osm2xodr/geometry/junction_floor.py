@@ -34,7 +34,7 @@ def floor_without(
     number = np.cumsum(~left_out) - 1
     anew = np.isin(through.junction, through.junction[left_out])
     rows = np.flatnonzero(anew & ~left_out)
-    again = lay_out_floor(network, plan, through.at_rows(rows))
+    again = lay_out_floor(network, plan, through.chosen(rows))
     kept = floor.renumbered(np.where(anew, -1, number))
     return kept.joined(again.renumbered(number[rows]), through.junction[~left_out])
 

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import segments_cross
-from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
+from osm2xodr.curves import Table, join_tables, segments_cross
+from osm2xodr.model import FloatArray, IntArray, StreetNetwork
 
 # Only what ways do within this distance of a place counts there, m: the widest junctions. A choice.
 _AROUND: Final = 100.0
@@ -29,15 +29,12 @@ class LinesInOsm:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Segments:
+class _Segments(Table):
     """Straight pieces of ways."""
 
     way: IntArray  # (n,) OSM ids
     node: IntArray  # (n, 2) OSM ids of the nodes at both ends
     xy: FloatArray  # (n, 2, 2) Where these are, m
-
-    def rows(self, keep: BoolArray) -> _Segments:
-        return _Segments(self.way[keep], self.node[keep], self.xy[keep])
 
 
 class WayLines:
@@ -80,11 +77,9 @@ class WayLines:
 
     def _around(self, ways: Set[int], place: FloatArray) -> _Segments:
         """Return what ways have near a place; where that is nothing, all of them."""
-        parts = [self._segments[way] for way in sorted(ways)]
-        columns = zip(*((item.way, item.node, item.xy) for item in parts), strict=True)
-        every = _Segments(*map(np.concatenate, columns))
+        every = join_tables(self._segments[way] for way in sorted(ways))
         near = _to_segments(place[None], every.xy)[0] < _AROUND
-        return every.rows(near) if near.any() else every
+        return every.chosen(near) if near.any() else every
 
 
 def _distances(one: _Segments, other: _Segments) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,12 +10,13 @@ from osm2xodr.checking.checks.common import end_station, owners
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.checks.references import ENDS, connection_name
 from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import Table
 from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, pose
 
 
 @dataclass(frozen=True)
-class Transitions:
+class Transitions(Table):
     """Steps across ends of roads: from a lane (a) at an end of its road to another (b) at an end of its own."""
 
     # (n,) Rows of lanes
@@ -27,11 +28,6 @@ class Transitions:
     incoming: BoolArray  # (n,) Whether a connection of a junction states the step, and not the road itself
     line: IntArray  # (n,) Of the file
 
-    def joined(self, other: Transitions) -> Transitions:
-        """Return the steps of both."""
-        names = [field.name for field in fields(self)]
-        return Transitions(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
-
 
 def transitions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Transitions:
     """Return all steps, and add findings about links and connections that lead nowhere."""
@@ -39,7 +35,7 @@ def transitions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Trans
     for end, ids in links:
         _check_section_links(drive, lanes, end, ids, findings)
     backwards, forwards = (_road_steps(drive, lanes, end, ids, findings) for end, ids in links)
-    return backwards.joined(forwards).joined(_connection_steps(drive, lanes, findings))
+    return backwards.joined(forwards, _connection_steps(drive, lanes, findings))
 
 
 def _check_section_links(drive: OpenDrive, lanes: LaneIndex, end: End, ids: IntArray, findings: Findings) -> None:

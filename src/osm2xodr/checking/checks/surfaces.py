@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any, Final, TypeVar, cast
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -12,7 +12,7 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import ranks, runs
+from osm2xodr.curves import Table, join_tables, ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 from osm2xodr.system import available_jobs, map_parallel
@@ -47,9 +47,6 @@ _SLOTS: Final = 1 << 22
 _APART: Final = 8191
 # Stations whose surfaces are compared at once, about: more would take much memory.
 _BLOCK: Final = 1 << 17
-
-
-_Table = TypeVar("_Table", bound=Any)
 
 
 @dataclass(frozen=True)
@@ -209,7 +206,7 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
 
 
 @dataclass(frozen=True)
-class _Shared:
+class _Shared(Table):
     """Cells that belong to two roads at one height: indices of both roads, the lower first, and an s of that one."""
 
     low: IntArray
@@ -238,17 +235,13 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
 
 
 @dataclass(frozen=True)
-class _Stretches:
+class _Stretches(Table):
     """Stretches of roads in squares of cells: keys of the squares, roads, first and last station."""
 
     key: IntArray
     road: IntArray
     first: IntArray
     last: IntArray
-
-    def chosen(self, rows: IntArray) -> _Stretches:
-        """Return some of them."""
-        return _Stretches(*(getattr(self, item.name)[rows] for item in fields(self)))
 
 
 def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
@@ -257,20 +250,14 @@ def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: 
     parts = map_parallel(
         lambda block: _in_squares(drive, carriageways(drive, lanes, block, step)), blocks, available_jobs()
     )
-    in_squares = _joined(_Stretches, list(parts))
+    in_squares = join_tables(parts)
     # Most squares have one road: nothing in them is looked at.
     near = in_squares.chosen(_with_several(in_squares.key, in_squares.road))
 
     def shared(band: _Stretches) -> _Shared:
         return _shared_cells(drive, _ways_in(drive, lanes, band, step), spacing, band)
 
-    return _joined(_Shared, list(map_parallel(shared, _bands(near), available_jobs())))
-
-
-def _joined(kind: type[_Table], parts: list[_Table]) -> _Table:
-    """Join tables, one behind the other."""
-    columns = (np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(kind))
-    return cast("_Table", kind(*columns))
+    return join_tables(map_parallel(shared, _bands(near), available_jobs()))
 
 
 def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
@@ -297,8 +284,7 @@ def _bands(near: _Stretches) -> list[_Stretches]:
     """Divide stretches into bands of columns of squares, each with about as many stations as a block."""
     near = near.chosen(np.argsort(near.key, kind="stable"))
     cuts = _cuts(near.key >> _BITS, near.last - near.first + 1)
-    parts = zip(*(np.split(getattr(near, item.name), cuts) for item in fields(near)), strict=True)
-    return [_Stretches(*columns) for columns in parts]
+    return [near.chosen(rows) for rows in np.split(np.arange(len(near.key)), cuts)]
 
 
 def _ways_in(drive: OpenDrive, lanes: LaneIndex, band: _Stretches, step: float) -> Carriageways:

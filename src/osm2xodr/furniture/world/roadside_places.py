@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import SAMPLE_SPACING, find_record, lengths, project, sample_curves, starts
+from osm2xodr.curves import SAMPLE_SPACING, Table, find_record, join_tables, lengths, project, sample_curves, starts
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import World, pieces_on_road
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
@@ -28,7 +28,7 @@ _STATION_SPACING: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoadsidePlaces:
+class RoadsidePlaces(Table):
     """Places of points beside roads outside junctions, all (n,); NaN without a road."""
 
     road: IntArray  # Index of the road, -1 where none is within reach
@@ -76,9 +76,7 @@ class RoadsideFinder:
         A reach below 0 asks for points on carriageways, so far within them. Points in junctions have none.
         """
         begins = range(0, max(len(x), 1), _AT_ONCE)
-        parts = [self._places(x[k : k + _AT_ONCE], y[k : k + _AT_ONCE], reach) for k in begins]
-        names = RoadsidePlaces.__slots__
-        return RoadsidePlaces(*(np.concatenate([getattr(item, name) for item in parts]) for name in names))
+        return join_tables(self._places(x[k : k + _AT_ONCE], y[k : k + _AT_ONCE], reach) for k in begins)
 
     def _places(self, x: FloatArray, y: FloatArray, reach: float) -> RoadsidePlaces:
         """Return the places of some of the points."""

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import smallest_radius, wrapped
+from osm2xodr.curves import Table, smallest_radius, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
@@ -36,7 +36,7 @@ _LARGEST_STAGGER: Final = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turns:
+class Turns(Table):
     """Turns from one street end to another, all (n,)."""
 
     entry: IntArray  # Street ends
@@ -53,10 +53,6 @@ class Turns:
         t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
         t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
         return cls(street_end[connecting.entry], street_end[connecting.exit], t_in, t_out, np.zeros(len(t_in)))
-
-    def chosen(self, rows: IntArray | BoolArray) -> Turns:
-        """Return some of them."""
-        return Turns(self.entry[rows], self.exit[rows], self.t_in[rows], self.t_out[rows], self.radius[rows])
 
     def poses(self, ends: StreetEnds, trim: FloatArray) -> tuple[Poses, Poses]:
         """Return where cars leave their entry lanes and reach their exit lanes if streets are trimmed like this."""

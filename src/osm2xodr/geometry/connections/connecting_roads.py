@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from itertools import chain, pairwise
-from typing import Any, Final
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chosen_curves, lengths, runs, stack_plan_views, wrapped
+from osm2xodr.curves import Table, lengths, runs, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
@@ -57,7 +57,7 @@ class InnerLane:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConnectingRoads:
+class ConnectingRoads(Table):
     """All connecting roads, grouped by junction."""
 
     plan_view: PlanView  # Their reference lines, along the middle of the lane (of a lane for cars beside a sidewalk)
@@ -131,30 +131,6 @@ class ConnectingRoads:
         row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
         once = entry[row] < exit_[row]
         return cars[row[once]], cars[other[once]]
-
-    def chosen(self, keep: BoolArray) -> ConnectingRoads:
-        """Return some of them."""
-        return self.at_rows(np.flatnonzero(keep))
-
-    def at_rows(self, rows: IntArray) -> ConnectingRoads:
-        """Return those of some rows, in their order."""
-        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
-        order = rows.tolist()
-        columns |= {name: tuple(map(getattr(self, name).__getitem__, order)) for name in _TUPLES}
-        return ConnectingRoads(chosen_curves(self.plan_view, rows), **columns)
-
-    def joined(self, *others: ConnectingRoads) -> ConnectingRoads:
-        """Return these and others, the others behind."""
-        every = [self, *(other for other in others if len(other.length))]
-        if len(every) == 1:
-            return self
-        columns: dict[str, Any] = {name: np.concatenate([getattr(item, name) for item in every]) for name in _ARRAYS}
-        columns |= {name: tuple(chain.from_iterable(getattr(item, name) for item in every)) for name in _TUPLES}
-        return ConnectingRoads(stack_plan_views(*(item.plan_view for item in every)), **columns)
-
-
-_TUPLES = ("lane_type", "access", "inner")
-_ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -290,7 +266,7 @@ def change_in_parts(
         return change(roads)
 
     def curves(part: slice) -> PlanView:
-        return change(roads.at_rows(np.arange(part.start, part.stop))).plan_view
+        return change(roads.chosen(np.arange(part.start, part.stop))).plan_view
 
     plan = stack_plan_views(*map_parallel(curves, parts, jobs))
     return replace(roads, plan_view=plan, length=lengths(plan))
@@ -320,4 +296,4 @@ def redraw_connecting_roads(
     place[new] = len(before.rows) + np.arange(len(new))
     if len(new):
         drawn = drawn.joined(draw(replace(links, rows=tuple(links.rows[k] for k in new.tolist()))))
-    return drawn.at_rows(place)
+    return drawn.chosen(place)

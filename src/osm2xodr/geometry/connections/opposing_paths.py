@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    Table,
     chain_curves,
     chosen_curves,
     curve_ends,
@@ -52,15 +53,11 @@ _ROUNDING: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Pairs:
+class _Pairs(Table):
     """Ways there and back between the same two arms, (pairs,): indices of their curves."""
 
     there: IntArray
     back: IntArray
-
-    def chosen(self, rows: IntArray | BoolArray) -> _Pairs:
-        """Return some of them."""
-        return _Pairs(self.there[rows], self.back[rows])
 
 
 def draw_side_by_side(

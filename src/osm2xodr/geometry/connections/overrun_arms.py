@@ -6,13 +6,13 @@ of a bend from arm to arm, or where they swing out. What they cover belongs to t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import blocks, owners, pose, project, ranks, runs, starts
+from osm2xodr.curves import Table, blocks, owners, pose, project, ranks, runs, starts
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
@@ -72,7 +72,7 @@ def ways_over_arms(
     drives them. `jobs` processes look for them.
     """
     driven = np.flatnonzero(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
-    connecting = connecting.at_rows(driven)
+    connecting = connecting.chosen(driven)
     row, arm, farthest = _others(ends, layout, parts, connecting)
     if not len(row):
         return row, arm, np.zeros(0)
@@ -150,7 +150,7 @@ def _others(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Arms:
+class _Arms(Table):
     """Arms seen from their junction, one for each pair with a way, (n,)."""
 
     road: IntArray
@@ -174,10 +174,6 @@ class _Arms:
         x, y, hdg = end_poses(parts, end)
         hdg = hdg + np.where(at_end, np.pi, 0.0)
         return cls(road, at_end, left, right, x, y, np.cos(hdg), np.sin(hdg)).chosen(each)
-
-    def chosen(self, rows: IntArray) -> _Arms:
-        """Return some of them."""
-        return _Arms(*(getattr(self, item.name)[rows] for item in fields(_Arms)))
 
     def near(self, pair: IntArray, x: FloatArray, y: FloatArray, reach: FloatArray, more: float = 0.0) -> IntArray:
         """Return which places lie ahead of the road end of their pair and not far aside, or nearly so.

@@ -132,7 +132,7 @@ def _keeps_to_streets(
     """
     off = []
     for tried in (plan, replace_curves(plan, row, drawn, curve)):
-        off.append(beyond(replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row)))
+        off.append(beyond(replace(connecting, plan_view=tried, length=lengths(tried)).chosen(row)))
     kept = off[1] <= np.maximum(off[0], OFF_CARRIAGEWAY)
     return kept | (np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK)
 

@@ -64,11 +64,11 @@ def draw_tighter(
         fits &= (back == turned[row]) & (back | (draw is not _at_once))
         new = np.flatnonzero(fits)
         tried = replace_curves(plan, row[new], drawn, new)
-        chosen = replace(connecting, plan_view=tried, length=lengths(tried)).at_rows(row[new])
+        chosen = replace(connecting, plan_view=tried, length=lengths(tried)).chosen(row[new])
         # Turns back lead over what lies between carriageways.
         turns = np.flatnonzero(~back[new])
-        most = np.maximum(beyond_streets(ends, layout, parts, connecting.at_rows(row[new[turns]])), OFF_CARRIAGEWAY)
-        leave = turns[beyond_streets(ends, layout, parts, chosen.at_rows(turns)) > most]
+        most = np.maximum(beyond_streets(ends, layout, parts, connecting.chosen(row[new[turns]])), OFF_CARRIAGEWAY)
+        leave = turns[beyond_streets(ends, layout, parts, chosen.chosen(turns)) > most]
         new = np.delete(new, np.union1d(ways_over_arms(ends, layout, parts, chosen)[0], leave))
         plan = replace_curves(plan, row[new], drawn, new)
         row = np.delete(row, new)

@@ -12,7 +12,7 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import Table, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
@@ -24,7 +24,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walks:
+class Walks(Table):
     """Sidewalks at road ends, as columns: see `Sidewalk`."""
 
     walks: tuple[Sidewalk, ...]
@@ -39,13 +39,9 @@ class Walks:
         t, width, height = np.array([(walk.t, walk.width, walk.height) for walk in walks]).reshape(-1, 3).T
         return cls(tuple(walks), np.array([walk.lane for walk in walks], np.int64), t, width, height)
 
-    def at(self, rows: IntArray) -> Walks:
-        """Return those of some rows, in their order."""
-        return Walks.of([self.walks[row] for row in rows.tolist()])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Corners:
+class Corners(Table):
     """Neighbouring arms whose sidewalks face each other, in the direction of the roads that connect them, (n,).
 
     By their lane ids, the first sidewalks lead into the junctions, the second ones out of them.
@@ -63,11 +59,6 @@ class Corners:
     def past(self) -> BoolArray:
         """Whether arms lie between them."""
         return np.array([bool(arms) for arms in self.passed], bool)
-
-    def at(self, rows: IntArray) -> Corners:
-        """Return those of some rows, in their order."""
-        columns = (self.junction[rows], self.entry[rows], self.exit[rows], self.first.at(rows), self.second.at(rows))
-        return Corners(*columns, tuple(self.passed[row] for row in rows.tolist()))
 
 
 def find_corners(

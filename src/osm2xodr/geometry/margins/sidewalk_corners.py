@@ -9,10 +9,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    Table,
     chosen_curves,
     curve_ends,
     dubins_without_slivers,
     end_curvature,
+    join_tables,
     lengths,
     owners,
     record_ends,
@@ -64,12 +66,12 @@ def sidewalk_corners(
     for here, others in ((~past, cars), (past, cars.chosen(~crossing))):
         if not here.any():
             continue
-        rows, own, good = _drawn(corners.at(np.flatnonzero(here)), cars, others, parts, rule)
+        rows, own, good = _drawn(corners.chosen(np.flatnonzero(here)), cars, others, parts, rule)
         led = led.joined(with_inner_lanes(rows.chosen(good), own[good], others, parts, rule))
         # Nobody misses a corner that leads past a driveway: sidewalks may end there.
         walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
         failed = failed.joined(rows.chosen(~good & walks & ~past[here]))
-    return led.at_rows(np.argsort(led.junction, kind="stable")), failed
+    return led.chosen(np.argsort(led.junction, kind="stable")), failed
 
 
 def _drawn(
@@ -83,12 +85,12 @@ def _drawn(
     first = np.unique(corner, return_index=True)[1]
     tried = np.zeros(len(corner), bool)
     clear = np.zeros(len(corner), bool)
-    rows = [_as_rows(corners, beside.rows(first), cars, parts)]
+    rows = [_as_rows(corners, beside.chosen(first), cars, parts)]
     tried[first] = True
     clear[first] = _passable(rows[0], beside.row[first] < 0, others, parts)
     again = np.flatnonzero(~tried & ~clear[first][corner])
     if len(again):
-        rows.append(_as_rows(corners.at(corner[again]), beside.rows(again), cars, parts))
+        rows.append(_as_rows(corners.chosen(corner[again]), beside.chosen(again), cars, parts))
         clear[again] = _passable(rows[1], beside.row[again] < 0, others, parts)
     number = np.concatenate([first, again])
     # The first that is clear, else the last.
@@ -97,7 +99,7 @@ def _drawn(
     best = best[np.unique(corner[number][best], return_index=True)[1]]
     chosen = number[best]
     own, good = beside.row[chosen] < 0, clear[chosen]
-    return _swung_out(rows[0].joined(*rows[1:]).at_rows(best), own, good, others, parts, rule)
+    return _swung_out(rows[0].joined(*rows[1:]).chosen(best), own, good, others, parts, rule)
 
 
 def _swung_out(
@@ -105,21 +107,21 @@ def _swung_out(
 ) -> tuple[ConnectingRoads, BoolArray, BoolArray]:
     """Let those that lie on lanes, but do not fold, swing out round these, where that makes them good."""
     bad = np.flatnonzero(own & ~good)
-    bad = bad[~_folds(rows.at_rows(bad))]
-    some, plan = swung_out(rows.at_rows(bad), cars, rule)
+    bad = bad[~_folds(rows.chosen(bad))]
+    some, plan = swung_out(rows.chosen(bad), cars, rule)
     if not len(some):
         return rows, own, good
-    tried = replace(rows.at_rows(bad[some]), plan_view=plan, length=lengths(plan))
+    tried = replace(rows.chosen(bad[some]), plan_view=plan, length=lengths(plan))
     clear = _passable(tried, np.ones(len(some), bool), cars, parts, defaults.CORNER_SWING_OUT)
     every = np.arange(len(own))
     every[bad[some[clear]]] = len(own) + np.flatnonzero(clear)
     good = good.copy()
     good[bad[some[clear]]] = True
-    return rows.joined(tried).at_rows(every), own, good
+    return rows.joined(tried).chosen(every), own, good
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Beside:
+class _Beside(Table):
     """How sidewalks run beside connecting roads for cars, (n,)."""
 
     row: IntArray  # Index of the connecting road; -1 for sidewalks with a curve of their own
@@ -127,10 +129,6 @@ class _Beside:
     # How far left of the connecting road's direction the sidewalk lies at that road's start and end, m
     start: FloatArray
     end: FloatArray
-
-    def rows(self, rows: IntArray | BoolArray) -> _Beside:
-        """Return some of them."""
-        return _Beside(self.row[rows], self.back[rows], self.start[rows], self.end[rows])
 
 
 def _ways(corners: Corners, cars: ConnectingRoads) -> tuple[IntArray, _Beside]:
@@ -154,15 +152,13 @@ def _ways(corners: Corners, cars: ConnectingRoads) -> tuple[IntArray, _Beside]:
             np.where(cars.exit[row] % 2 == 0, 1.0, -1.0) * (last.t[corner] - cars.exit_t[row]),
         )
         good = _leave_room(item, cars, first.width[corner] / 2, last.width[corner] / 2)
-        found.append((corner[good], item.rows(good)))
+        found.append((corner[good], item.chosen(good)))
     many = len(corners.junction)
     found.append((np.arange(many), _Beside(np.full(many, -1), np.zeros(many, bool), np.zeros(many), np.zeros(many))))
-    corner = np.concatenate([rows for rows, _ in found])
-    row, *others = (np.concatenate([getattr(item, name) for _, item in found]) for name in _Beside.__slots__)
-    ways = _Beside(row, *others)
-    far = np.where(row < 0, np.inf, np.abs(ways.start) + np.abs(ways.end))
-    order = np.lexsort((row, far, corner))
-    return corner[order], ways.rows(order)
+    corner, ways = np.concatenate([rows for rows, _ in found]), join_tables(beside for _, beside in found)
+    far = np.where(ways.row < 0, np.inf, np.abs(ways.start) + np.abs(ways.end))
+    order = np.lexsort((ways.row, far, corner))
+    return corner[order], ways.chosen(order)
 
 
 def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, half_last: FloatArray) -> BoolArray:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, record_ends, smooth_step
+from osm2xodr.curves import Table, pose, record_ends, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import smooth_cubic
@@ -35,7 +35,7 @@ _ROUND_TIP: Final = 0.001
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SidewalkEnds:
+class SidewalkEnds(Table):
     """Sidewalks and shoulders that narrow to nothing, in a smooth step, beside lanes of connecting roads, (n,)."""
 
     row: IntArray  # Index of the connecting road
@@ -47,10 +47,6 @@ class SidewalkEnds:
     height: FloatArray  # Above the road, m
     shoulder: BoolArray  # Whether it is a shoulder
     length: FloatArray  # Over which they end, m
-
-    def chosen(self, keep: BoolArray | IntArray) -> SidewalkEnds:
-        """Return some of them."""
-        return SidewalkEnds(*(getattr(self, item.name)[keep] for item in fields(self)))
 
     def lanes(self, k: int, road: float) -> Iterator[tuple[LaneType, tuple[Cubic, ...], float]]:
         """Yield type, widths and height, m, of the lanes of the k-th one, outwards; its road is so long, m."""
@@ -210,7 +206,7 @@ def _off_kerb(edge: _Edge, parts: RoadParts) -> float:
 
 def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> BoolArray:
     """Say which sidewalks neither fold, nor lie on lanes, (n,)."""
-    rows = cars.at_rows(ends.row)
+    rows = cars.chosen(ends.row)
     share = ends.length[:, None] * PROBES / rows.length[:, None]
     share = np.where(ends.at_start[:, None], share, 1.0 - share)
     lane = rows.entry_width[:, None] + (rows.exit_width - rows.entry_width)[:, None] * smooth_step(share)

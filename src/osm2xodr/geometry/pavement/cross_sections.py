@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, end_curvature, find_record, places_along, smooth_step
+from osm2xodr.curves import Table, advance, end_curvature, find_record, places_along, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
@@ -76,7 +76,7 @@ class LaneEdges:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CrossSections:
+class CrossSections(Table):
     """Cross sections at equal intervals along connecting roads, road after road."""
 
     road: IntArray  # (n,) Index of the connecting road
@@ -98,10 +98,6 @@ class CrossSections:
     # (n,) Whether these are part of the carriageway
     paved_left: BoolArray
     paved_right: BoolArray
-
-    def chosen(self, rows: IntArray) -> CrossSections:
-        """Return some of them."""
-        return CrossSections(*(getattr(self, item.name)[rows] for item in fields(self)))
 
     def widened(self, more: FloatArray, paved: BoolArray) -> CrossSections:
         """Return them with other strips, left and right: their widths, m, and which are paved, both (2, n)."""

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import Table, join_tables
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
@@ -224,7 +225,7 @@ def _close(rays: Rays, end: IntArray, grids: Grids) -> None:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Strips:
+class _Strips(Table):
     """Widths of strips at cross sections."""
 
     section: IntArray  # (n,) Index of the cross section
@@ -259,10 +260,6 @@ class _Strips:
     def row(self) -> IntArray:
         """0 for left, 1 for right, (n,)."""
         return (self.side < 0).astype(np.int64)
-
-    def chosen(self, keep: BoolArray | IntArray) -> _Strips:
-        """Return some of them."""
-        return _Strips(*(getattr(self, name)[keep] for name in _Strips.__slots__))
 
     def ahead(
         self, sense: int, most: FloatArray, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges
@@ -302,7 +299,7 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
             # Narrow slits are as long as the lanes beside them.
             here = ahead.chosen(whole)
             most = here.reach
-    return _Strips(*(np.concatenate([getattr(item, name) for item in found]) for name in _Strips.__slots__))
+    return join_tables(found)
 
 
 def _records(road: IntArray, s: FloatArray, spacing: FloatArray, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.curves import heading_at, project
+from osm2xodr.curves import Table, heading_at, join_tables, project
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
@@ -30,7 +30,7 @@ _ROUNDS: Final = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rays:
+class Rays(Table):
     """Rays across gaps, in the order of edges and along each of them."""
 
     # (n,) Index of the cross section that each begins at, and the side: left 1, right -1
@@ -40,11 +40,6 @@ class Rays:
     cells: NDArray[np.int32]  # (n, steps) Cells on the way
     first: IntArray  # (n,) Index of the first place within the gap
     room: IntArray  # (n,) Index of the first place that is too far away
-
-    def chosen(self, keep: BoolArray) -> Rays:
-        """Return some of them."""
-        section, side, gap = self.section[keep], self.side[keep], self.gap[keep]
-        return Rays(section, side, gap, self.cells[keep], self.first[keep], self.room[keep])
 
     def ends(self, grids: Grids) -> IntArray:
         """Return the index of the first place behind each gap (of the first one within, where it is closed), (n,)."""
@@ -67,7 +62,7 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
     holed = np.maximum.reduceat(grids.gap, grids.start[:-1]) > 0
     near = np.flatnonzero(holed[junction])
     steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
-    found: list[tuple[Any, ...]] = []
+    found: list[Rays] = []
     for side in (1, -1):
         edge = sections.edge(np.array(side), near)
         begin = grids.gap[grids.cells(near, (edge + side * steps[:_FIRST, None]).astype(np.float32))]
@@ -77,8 +72,9 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
         gap = begin[first, np.arange(len(first))].astype(np.int64)
         room = room_inside(sections, side, k) / step - 1.0
         cells = grids.cells_far(k, (edge + side * steps[:, None]).astype(np.float32)).T
-        found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
-    rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
+        last = np.clip(room, 0, len(steps) - 1).astype(np.int64)
+        found.append(Rays(k, np.full(len(k), side), gap, cells, first, last))
+    rows = join_tables(found)
     return rows.chosen(rows.room > rows.first)
 
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import (
+    RaggedTable,
     advance,
     find_record,
     lengths,
     owners,
     ranks,
     record_turns,
-    runs,
     starts,
     sum_before,
     wrapped,
@@ -32,7 +32,7 @@ _LEAST_CURVATURE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FinePoints:
+class FinePoints(RaggedTable):
     """Points along curves, from end to end, curve after curve."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first point; the last entry is the number of points
@@ -102,12 +102,6 @@ class FinePoints:
         first, last = self.start[:-1], self.start[1:] - 1
         out[first], out[last] = out[first + 1], out[last - 1]
         return out
-
-    def chosen(self, curves: IntArray) -> tuple[FinePoints, IntArray]:
-        """Return the points of some curves, and their indices."""
-        count = np.diff(self.start)[curves]
-        row = runs(self.start[curves], count)
-        return FinePoints(starts(count), *(getattr(self, item.name)[row] for item in fields(self)[1:])), row
 
 
 def _headings(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:

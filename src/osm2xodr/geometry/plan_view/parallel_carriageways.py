@@ -32,10 +32,10 @@ def separate_parallel_streets(
     """
     abreast = places_abreast(network, fitted)
     tight = tight_places(abreast, fitted)
-    tight = tight.rows(np.flatnonzero(np.abs(tight.aside) > _LEAST_ASIDE))
+    tight = tight.chosen(np.flatnonzero(np.abs(tight.aside) > _LEAST_ASIDE))
     moved = _changed(fitted, tight, network.rule, partial(_moved, diagnostics))
     tight = tight_places(abreast, moved)
-    tight = tight.rows(np.flatnonzero(tight.share < 1.0))
+    tight = tight.chosen(np.flatnonzero(tight.share < 1.0))
     return _changed(moved, tight, network.rule, partial(_narrowed, diagnostics))
 
 
@@ -53,9 +53,9 @@ def _changed(
         ends = [*(s for s, _, _ in fitted.pieces[k][1:]), float(length[k])]
         own: list[Piece] = []
         for number, (piece, end) in enumerate(zip(fitted.pieces[k], ends, strict=True), start=int(first[k])):
-            places = tight.rows(slice(*np.searchsorted(tight.piece, (number, number + 1)).tolist()))
+            places = tight.chosen(slice(*np.searchsorted(tight.piece, (number, number + 1)).tolist()))
             for s, rows in _stretches(places.s, piece[0], end):
-                new = change(piece[1], places.rows(rows)) if len(rows) else piece[1]
+                new = change(piece[1], places.chosen(rows)) if len(rows) else piece[1]
                 own.append((s, new, piece[2] if new is piece[1] else cross_section(new, rule)))
         out[k] = tuple(own)
     return replace(fitted, pieces=tuple(out))

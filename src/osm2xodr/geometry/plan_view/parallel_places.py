@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, starts
+from osm2xodr.curves import Table, find_record, join_tables, lengths, pose, ranks, starts
 from osm2xodr.geometry.defaults import (
     ARM_REACH,
     ARM_REACH_MOTORWAY,
@@ -36,7 +36,7 @@ _BENT_SINE: Final = 0.77
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TightPlaces:
+class TightPlaces(Table):
     """Places along streets at which a parallel street leaves too little room, by piece, then s."""
 
     street: IntArray  # (n,)
@@ -45,13 +45,9 @@ class TightPlaces:
     aside: FloatArray  # (n,) How far it should move to the left, m
     share: FloatArray  # (n,) Of the width of its lanes that fits where nothing moves
 
-    def rows(self, chosen: slice | IntArray) -> TightPlaces:
-        """Return some of them."""
-        return TightPlaces(*(getattr(self, item.name)[chosen] for item in fields(TightPlaces)))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Places:
+class _Places(Table):
     """Places along streets."""
 
     street: IntArray  # (n,)
@@ -66,13 +62,9 @@ class _Places:
         """Return the places at s of streets."""
         return cls(street, s, *pose(plan, street, s))
 
-    def chosen(self, rows: IntArray) -> _Places:
-        """Return some of them."""
-        return _Places(*(getattr(self, item.name)[rows] for item in fields(_Places)))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlacesAbreast:
+class PlacesAbreast(Table):
     """Places along streets that lie beside a place of another street, (n,), whatever the widths of both."""
 
     street: IntArray
@@ -119,9 +111,7 @@ def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbrea
         )
         for p, q in ((a, b), (b, a))
     ]
-    return PlacesAbreast(
-        *(np.concatenate([getattr(part, item.name) for part in found]) for item in fields(PlacesAbreast))
-    )
+    return join_tables(found)
 
 
 def tight_places(abreast: PlacesAbreast, fitted: FittedStreets) -> TightPlaces:

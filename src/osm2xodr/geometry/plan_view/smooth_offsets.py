@@ -44,7 +44,7 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
     scale, aside = np.full(len(points.s), _LONGEST), np.zeros(len(points.s))
     share, curves, radius = room_share(points), np.arange(len(held)), 1.0 / sharpest_near(points)
     for _ in range(_ROUNDS):
-        part, row = points.chosen(curves)
+        part, row = points.chosen(curves), points.rows(curves)
         owner = owners(part.start)
         aside[row] = found = _solved(part, scale[row], held[curves], nodes=nodes[row])
         mean = np.abs(_averaged(part, found, scale[row])) / defaults.SMOOTH_SHIFT

@@ -5,16 +5,18 @@ Corners that cannot become smooth stay lines and arcs; what lies on both sides o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import (
+    Table,
     chain_curves,
     chosen_curves,
     cut_curves,
     find_record,
+    join_tables,
     lengths,
     owners,
     pose,
@@ -48,7 +50,7 @@ Places = dict[int, tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parts:
+class Parts(Table):
     """Parts of curves, curve after curve from start to end."""
 
     curve: IntArray  # (parts,) Index of the curve
@@ -63,17 +65,6 @@ class Parts:
         """Return the whole curves of a plan, whose ends keep their heading or not, (curves, 2)."""
         n = len(held)
         return cls(np.arange(n), np.zeros(n), lengths(plan), held, np.zeros(n, bool))
-
-    def at(self, rows: IntArray | BoolArray) -> Parts:
-        """Return some of them."""
-        return Parts(self.curve[rows], self.lo[rows], self.hi[rows], self.held[rows], self.tried[rows])
-
-    def joined(self, other: Parts) -> Parts:
-        """Return these and others, the others behind."""
-        return Parts(*(np.concatenate([getattr(item, name) for item in (self, other)]) for name in _COLUMNS))
-
-
-_COLUMNS: Final = tuple(item.name for item in fields(Parts))
 
 
 def smooth_streets(
@@ -109,26 +100,24 @@ def smooth_parts(plan: PlanView, parts: Parts, nodes: OnCurves, jobs: int = 1) -
     todo, corners = parts, NOWHERE
     for number in range(_CORNER_ROUNDS + 1):
         short = (todo.hi - todo.lo <= _SHORTEST_CURVE) | (number == _CORNER_ROUNDS)
-        kept, todo = todo.at(short), todo.at(~short)
+        kept, todo = todo.chosen(short), todo.chosen(~short)
         finished.append((kept, cut_curves(plan, kept.lo, kept.hi, kept.curve)))
         if not len(todo.curve):
             break
         arcs = cut_curves(plan, todo.lo, todo.hi, todo.curve)
         found = smooth_curves(arcs, todo.held, _within(todo, nodes), _within(todo, corners), jobs)
         good = np.flatnonzero(found.good)
-        finished.append((todo.at(good), chosen_curves(found.plan_view, good)))
+        finished.append((todo.chosen(good), chosen_curves(found.plan_view, good)))
         _note_places(todo, found, good, ways)
-        bad, worst = todo.at(~found.good), found.worst[~found.good]
+        bad, worst = todo.chosen(~found.good), found.worst[~found.good]
         corners = np.concatenate([corners[0], bad.curve]), np.concatenate([corners[1], bad.lo + worst])
-        corner, rest = _without_corners(plan, bad.at(bad.tried), worst[bad.tried], nodes)
+        corner, rest = _without_corners(plan, bad.chosen(bad.tried), worst[bad.tried], nodes)
         finished.append((corner, cut_curves(plan, corner.lo, corner.hi, corner.curve)))
-        todo = replace(bad, tried=np.ones(len(worst), bool)).at(~bad.tried).joined(rest)
-        todo = todo.at(np.lexsort((todo.lo, todo.curve)))
-    every = finished[0][0]
-    for item, _ in finished[1:]:
-        every = every.joined(item)
+        todo = replace(bad, tried=np.ones(len(worst), bool)).chosen(~bad.tried).joined(rest)
+        todo = todo.chosen(np.lexsort((todo.lo, todo.curve)))
+    every = join_tables(item for item, _ in finished)
     order = np.lexsort((every.lo, every.curve))
-    every = every.at(order)
+    every = every.chosen(order)
     table = chosen_curves(stack_plan_views(*(item for _, item in finished)), order)
     first = np.searchsorted(every.curve, np.arange(len(plan.start)))
     return chain_curves(table, first), _places(every, lengths(table), first, ways)
@@ -171,7 +160,7 @@ def _without_corners(plan: PlanView, parts: Parts, worst: FloatArray, nodes: OnC
     before = replace(parts, hi=a, held=np.column_stack([parts.held[:, 0], held[:, 1]]))
     after = replace(parts, lo=b, held=np.column_stack([held[:, 0], parts.held[:, 1]]))
     rest = before.joined(after)
-    return replace(parts, lo=a, hi=b), rest.at(np.flatnonzero(rest.hi > rest.lo))
+    return replace(parts, lo=a, hi=b), rest.chosen(np.flatnonzero(rest.hi > rest.lo))
 
 
 def _off_nodes(curve: IntArray, s: FloatArray, nodes: OnCurves, sign: float) -> FloatArray:

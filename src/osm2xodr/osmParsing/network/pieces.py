@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import Table, runs
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -43,17 +43,13 @@ _EARTH_RADIUS: Final = 6371.0088e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lines:
+class Lines(Table):
     """Ways, or parts of them, as sequences of nodes."""
 
     node: IntArray  # (n,) Indices into the nodes, line after line
     line: IntArray  # (n,) Number of the line, ascending
     way: IntArray  # (n,) Index of the way; ascending
     skipped: BoolArray  # (n,) Whether absent nodes of the way come right before
-
-    def chosen(self, keep: BoolArray) -> Lines:
-        """Return the lines with only some of their nodes."""
-        return Lines(self.node[keep], self.line[keep], self.way[keep], self.skipped[keep])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import blocks, ranks
+from osm2xodr.curves import Table, blocks, join_tables, ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import KERB_REACH
 
@@ -25,7 +25,7 @@ _PARTS_MAX: Final = 400
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Segments:
+class Segments(Table):
     """Straight segments of lines."""
 
     start: FloatArray  # (n, 2) Local x, y, m
@@ -42,10 +42,6 @@ class Segments:
         start, end = (np.concatenate([none, *(line[some] for line in lines)]) for some in (slice(-1), slice(1, None)))
         return cls(start, end, owner, np.array(layers, np.int64)[owner] if len(lines) else owner)
 
-    def chosen(self, rows: slice) -> Segments:
-        """Return some of the segments."""
-        return Segments(self.start[rows], self.end[rows], self.owner[rows], self.layer[rows])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stations:
@@ -57,7 +53,7 @@ class Stations:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Crossings:
+class Crossings(Table):
     """Places where the lines across streets meet segments, in ascending station and t."""
 
     station: IntArray  # (n,)
@@ -65,22 +61,11 @@ class Crossings:
     t: FloatArray  # (n,) To the left of the street, m
     along: BoolArray  # (n,) Whether the segment runs along the street
 
-    def chosen(self, rows: IntArray | BoolArray) -> Crossings:
-        """Return some of the crossings."""
-        return Crossings(self.station[rows], self.owner[rows], self.t[rows], self.along[rows])
-
 
 def find_crossings(stations: Stations, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments of the same layer within `KERB_REACH`."""
     tree = cKDTree(stations.place)
-    found = [_crossings(stations, tree, segments.chosen(rows)) for rows in blocks(len(segments.owner))]
-    none = np.zeros(0, np.int64)
-    every = Crossings(
-        np.concatenate([none, *(item.station for item in found)]),
-        np.concatenate([none, *(item.owner for item in found)]),
-        np.concatenate([np.zeros(0), *(item.t for item in found)]),
-        np.concatenate([np.zeros(0, np.bool_), *(item.along for item in found)]),
-    )
+    every = join_tables(_crossings(stations, tree, segments.chosen(rows)) for rows in blocks(len(segments.owner)))
     return every.chosen(np.lexsort((every.owner, every.t, every.station)))
 
 
