@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.curves.ragged import owners, ranks, runs, starts
+from osm2xodr.curves.ragged import (
+    owners,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    starts,
+    unique_all,
+    unique_counts,
+    unique_first,
+    unique_inverse,
+    unique_rows,
+)
 
 COUNT = np.array([2, 0, 3])
 
@@ -21,6 +33,30 @@ def test_runs_count_from_the_first_row_of_each_group() -> None:
 def test_starts_and_owners_of_rows() -> None:
     start = starts(COUNT)
     assert start.tolist() == [0, 2, 2, 5]
-    assert owners(start).tolist() == [0, 0, 2, 2, 2]
+    assert owners(start).tolist() == repeated(COUNT).tolist() == [0, 0, 2, 2, 2]
     assert starts([]).tolist() == [0]
     assert owners(starts([])).tolist() == []
+
+
+def test_distinct_integers_are_ascending() -> None:
+    values = np.array([[5, 2], [5, -1], [2, 5]])
+    assert sorted_unique(values).tolist() == [-1, 2, 5]
+    assert [column.tolist() for column in unique_all(values)] == [
+        [-1, 2, 5],
+        [3, 1, 0],
+        [2, 1, 2, 0, 1, 2],
+        [1, 2, 3],
+    ]
+    assert [column.tolist() for column in unique_inverse(values)] == [[-1, 2, 5], [2, 1, 2, 0, 1, 2]]
+    assert [column.tolist() for column in unique_first(values)] == [[-1, 2, 5], [3, 1, 0]]
+    assert [column.tolist() for column in unique_counts(values)] == [[-1, 2, 5], [1, 2, 3]]
+    none = np.zeros(0, np.int64)
+    assert [column.tolist() for column in (sorted_unique(none), *unique_all(none))] == [[]] * 5
+
+
+def test_distinct_rows_ascend_by_column() -> None:
+    found = unique_rows(np.array([[2, 1], [1, 9], [2, 0], [1, 9]]))
+    assert found.values.tolist() == [[1, 9], [2, 0], [2, 1]]
+    assert (found.first.tolist(), found.inverse.tolist()) == ([1, 2, 0], [2, 0, 1, 0])
+    assert found.counts.tolist() == [2, 1, 1]
+    assert unique_rows(np.zeros((0, 2), np.int64)).values.shape == (0, 2)

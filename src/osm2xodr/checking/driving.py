@@ -8,6 +8,7 @@ import numpy as np
 
 from osm2xodr.checking.checks import lane_index, transitions
 from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import unique_rows
 from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive
 
@@ -57,5 +58,5 @@ def driving_of(drive: OpenDrive) -> Driving:
     enters_back = np.concatenate((end_b, end_a)) == End.END
     open_ = np.where(leaves_back, against[one], along[one]) & np.where(enters_back, against[other], along[other])
     pairs = np.stack((2 * one + leaves_back, 2 * other + enters_back), axis=1)[open_]
-    steps = np.unique(pairs, axis=0).reshape(-1, 2)
+    steps = unique_rows(pairs).values
     return Driving(along, against, steps[:, 0], steps[:, 1])

@@ -65,6 +65,7 @@ from osm2xodr.curves.ragged import (
     unique_counts,
     unique_first,
     unique_inverse,
+    unique_rows,
 )
 from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
@@ -142,6 +143,7 @@ __all__ = [
     "unique_counts",
     "unique_first",
     "unique_inverse",
+    "unique_rows",
     "value_of_cubics",
     "wrapped",
 ]

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
+from osm2xodr.curves.ragged import unique_inverse
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Length of the pieces that carriageways are to be cut into, m.
@@ -171,7 +172,7 @@ def _find(pieces: _Pieces, kin: _Kin, roads: int) -> _Overlaps:
     i, j = i[far], j[far]
     height = np.abs(pieces.z[i] - pieces.z[j])
     key = pieces.road[i] * roads + pieces.road[j]
-    names, pair = np.unique(key, return_inverse=True)
+    names, pair = unique_inverse(key)
     joined = kin.together(names // roads, names % roads)[pair] & (height < _ONE_SURFACE)
     rest = np.flatnonzero(~joined)
     depth = _depths(pieces, i[rest], j[rest])

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.ragged import sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Curves are compared as polylines of this many segments, this many pairs at a time: the processor's cache holds them.
@@ -16,7 +17,7 @@ _PAIRS_AT_ONCE: Final = 300
 
 def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
     """Say which pairs of curves, one and other (n,) by their indices, cross, (n,)."""
-    used = np.unique(np.concatenate([one, other]))
+    used = sorted_unique(np.concatenate([one, other]))
     share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
     s = lengths(plan, used)[:, None] * share
     x, y, _ = pose(plan, np.repeat(used, _SEGMENTS + 1), s.ravel())

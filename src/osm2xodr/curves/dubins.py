@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from osm2xodr import defaults
 from osm2xodr.curves.plan_views import SHORTEST_PIECE, curves_of, replace_curves, wrapped
-from osm2xodr.curves.ragged import owners
+from osm2xodr.curves.ragged import owners, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of all but a full turn is a rounding error of no arc at all, rad.
@@ -82,7 +82,7 @@ def dubins_without_slivers(
     """Return what `dubins_curves` does, with radii (n,) a little larger where a record would be tiny."""
     out = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius, most_swing=most_swing)
     for larger in _LARGER_RADII:
-        row = np.unique(owners(out.start)[out.length < _SLIVER])
+        row = sorted_unique(owners(out.start)[out.length < _SLIVER])
         if not len(row):
             break
         poses = (column[row] for column in (x0, y0, hdg0, x1, y1, hdg1))

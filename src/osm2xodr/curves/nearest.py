@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves.plan_views import advance, places_along, pose
-from osm2xodr.curves.ragged import blocks, runs
+from osm2xodr.curves.ragged import blocks, runs, sorted_unique, unique_first
 from osm2xodr.curves.spirals import nearest_on_spirals
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -125,7 +125,7 @@ class CurveFinder:
         curves = len(self._plan.start)
         sample = np.fromiter(chain.from_iterable(found), np.int64)
         pair = np.repeat(np.arange(len(x)), [len(rows) for rows in found]) * curves + self._curve[sample]
-        point, curve = np.divmod(np.unique(pair), curves)
+        point, curve = np.divmod(sorted_unique(pair), curves)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach
         return point[inside], curve[inside], s[inside], t[inside], distance[inside]
@@ -134,7 +134,7 @@ class CurveFinder:
         """Return curve (-1 where none is within reach), s and t of the nearest place to each point, all (n,)."""
         point, curve, s, t, distance = self.near(x, y, reach)
         order = np.lexsort((curve, distance, point))
-        first = order[np.unique(point[order], return_index=True)[1]]
+        first = order[unique_first(point[order])[1]]
         curves, at, aside = np.full(len(x), -1, np.int64), np.full(len(x), np.nan), np.full(len(x), np.nan)
         curves[point[first]], at[point[first]], aside[point[first]] = curve[first], s[first], t[first]
         return curves, at, aside

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import blocks, ranks, runs
+from osm2xodr.curves.ragged import blocks, ranks, runs, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Size of the grid's cells, m: a few times that of a piece of a carriageway.
@@ -63,8 +63,8 @@ def overlapping_boxes(box: FloatArray, probe: BoolArray, group: IntArray | None 
             a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
             pairs.append(a * len(probe) + b)
         # Most pairs have several cells in common.
-        found.append(np.unique(np.concatenate(pairs)))
-    code = np.unique(np.concatenate(found))
+        found.append(sorted_unique(np.concatenate(pairs)))
+    code = sorted_unique(np.concatenate(found))
     return code // max(len(probe), 1), code % max(len(probe), 1)
 
 

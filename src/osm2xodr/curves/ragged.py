@@ -97,18 +97,28 @@ def unique_counts(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
 
 
 def unique_all(values: npt.ArrayLike) -> Distinct:
-    """Return the distinct ones of integers with all that is known of them."""
+    """Return the distinct ones of integers of any shape with all that is known of them."""
     flat = np.ravel(values)
-    order = np.argsort(flat, kind="stable")
-    new = _is_new(flat[order])
+    return _distinct(flat, np.argsort(flat, kind="stable"))
+
+
+def unique_rows(rows: IntArray) -> Distinct:
+    """Return the distinct ones of rows of integers, (n, columns), by the first column, then the second and so on."""
+    return _distinct(rows, np.lexsort(rows.T[::-1]))
+
+
+def _distinct(values: IntArray, order: IntArray) -> Distinct:
+    """Return distinct values, given the order in which they ascend, equal ones as they stand."""
+    new = _is_new(values[order])
     begin = np.flatnonzero(new)
-    return Distinct(flat[order[begin]], order[begin], _numbers(order, new), np.diff(begin, append=len(flat)))
+    return Distinct(values[order[begin]], order[begin], _numbers(order, new), np.diff(begin, append=len(order)))
 
 
 def _is_new(ordered: IntArray) -> BoolArray:
-    """Whether each of ascending integers differs from the one before, (n,)."""
+    """Whether each of ascending integers, or rows of them, differs from the one before, (n,)."""
     new = np.ones(len(ordered), np.bool_)
-    np.not_equal(ordered[1:], ordered[:-1], out=new[1:])
+    steps = ordered[1:] != ordered[:-1]
+    new[1:] = steps if steps.ndim == 1 else steps.any(axis=1)
     return new
 
 

@@ -15,7 +15,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, heading_change, lengths, pose, ranks
+from osm2xodr.curves import Table, heading_change, lengths, pose, ranks, sorted_unique
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -113,7 +113,7 @@ def _edges_beside(
         there = np.flatnonzero(edges.looked_at & part & ~inside[own.row])
         at, across, beyond = _lanes_near(junction, places, tree, edges, there)
         inside[own.row[at[across < -_INSIDE]]] = True
-        beside += np.bincount(own.row[np.unique(at[beyond])], minlength=many)
+        beside += np.bincount(own.row[sorted_unique(at[beyond])], minlength=many)
     shared = beside >= _SHARED * places_of
     return ["inside" if inside[row] else "shared" if shared[row] else "free" for row in wanted.tolist()]
 
@@ -169,7 +169,7 @@ def _kinds(
     turn = np.abs(heading_change(connecting.plan_view, np.arange(len(connecting.length))))
     cars = connecting.for_vehicles() & (turn < LEAST_TURN_BACK)
     lined = np.zeros(2 * len(lanes), bool)
-    for end in np.unique(np.concatenate([connecting.entry[cars], connecting.exit[cars]])).tolist():
+    for end in sorted_unique(np.concatenate([connecting.entry[cars], connecting.exit[cars]])).tolist():
         lined[end] = any(item.road_mark and item.road_mark.type == "solid" for item in _section(lanes, end).lanes)
     out = {}
     for row in np.flatnonzero(cars & (merge | (lined[connecting.entry] & lined[connecting.exit]))).tolist():

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import heading_change, lengths, smallest_radius, wrapped
+from osm2xodr.curves import heading_change, lengths, smallest_radius, sorted_unique, unique_counts, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, Poses, Turns, connect, tangents
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
@@ -94,7 +94,7 @@ def merge_stems(parts: RoadParts, connecting: ConnectingRoads) -> IntArray:
     arms = np.column_stack([connecting.entry, connecting.exit])[cars]
     junction = np.repeat(connecting.junction[cars], 2)
     many = int(arms.max(initial=0)) + 1
-    keys, count = np.unique(junction * many + arms.ravel(), return_counts=True)
+    keys, count = unique_counts(junction * many + arms.ravel())
     of, arm = np.divmod(keys, many)
     three = np.bincount(of, minlength=junctions) >= 3
     one_way = np.array([len(parts.at_end(end).attributes.car_directions()) == 1 for end in arm.tolist()], bool)
@@ -118,7 +118,7 @@ def _first_ways(parts: RoadParts) -> FloatArray:
 def _speeds(parts: RoadParts, connecting: ConnectingRoads) -> FloatArray:
     """Return how fast cars drive on connecting roads by the limits of their arms, (n,), m/s; 0 if none is known."""
     limit = np.full((2 * len(parts.length), 2), np.nan)
-    for end in np.unique([connecting.entry, connecting.exit]).tolist():
+    for end in sorted_unique([connecting.entry, connecting.exit]).tolist():
         attributes = parts.at_end(end).attributes
         for way, direction in enumerate((Direction.FORWARD, Direction.BACKWARD)):
             known = attributes.speed_along(direction)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature, owners, smallest_radius
+from osm2xodr.curves import end_curvature, owners, smallest_radius, sorted_unique, unique_counts
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
@@ -119,13 +119,13 @@ def report_blunt_sidewalks(
 
 def _counted(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[tuple[str, int]]:
     """Return the OSM ids of the first nodes of junctions, each junction once, and how often it is named."""
-    _, count = np.unique(junctions, return_counts=True)
+    count = unique_counts(junctions)[1]
     return list(zip(_nodes(network, layout, junctions), count.tolist(), strict=True))
 
 
 def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[str]:
     """Return the OSM ids of the first nodes of junctions, each junction once."""
-    first = [network.intersections[layout.nodes[junction][0]] for junction in np.unique(junctions).tolist()]
+    first = [network.intersections[layout.nodes[junction][0]] for junction in sorted_unique(junctions).tolist()]
     return [f"node/{node.osm_node_id}" for node in first]
 
 
@@ -135,7 +135,7 @@ def report_absorbed_streets(
     """Report streets of which nothing is left: stubs, and those within a junction that nobody drives through."""
     # Rings, which start at no intersection, have -1 there.
     junction_of = np.full(len(network.intersections) + 1, -1, np.int64)
-    for junction in np.unique(connecting.junction).tolist():
+    for junction in sorted_unique(connecting.junction).tolist():
         junction_of[list(layout.nodes[junction])] = junction
     for street in np.flatnonzero(layout.inner).tolist():
         ends = [network.streets[street].start, network.streets[street].end]

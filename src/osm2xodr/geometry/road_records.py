@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, owners, starts
+from osm2xodr.curves import lengths, owners, sorted_unique, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
@@ -68,7 +68,7 @@ class RoadIds:
     def driven_junctions(self, layout: JunctionLayout, connecting: ConnectingRoads) -> IntArray:
         """Return the ids of junctions, -1 for those that nobody drives through and at the end, (junctions + 1,)."""
         out = np.full(len(layout.nodes) + 1, -1, np.int64)
-        driven = np.unique(connecting.junction)
+        driven = sorted_unique(connecting.junction)
         out[driven] = [self.junction(junction) for junction in driven.tolist()]
         return out
 
@@ -180,7 +180,7 @@ def connecting_road_records(
 
     `marks` has those on the inner and the outer edges of lanes, by the roads' indices.
     """
-    links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
+    links = {end: ids.link(end) for end in sorted_unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_between(connecting, parts, lanes)
     known: dict[tuple[object, ...], tuple[LaneSection, ...]] = {}
     columns = (

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from osm2xodr.conventions import find_country
-from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
+from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles, unique_first
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
@@ -250,7 +250,7 @@ def _road_map(
     solution, borders = heights.solution, heights.borders
     ids = RoadIds(len(parts.length), len(through.length))
     if borders is not None:
-        order = np.unique(through.junction, return_index=True)[1]
+        order = unique_first(through.junction)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
     profiles = partial(connector_profiles, heights.problem, build_connector_problem(through), solution)
     with Task(profiles, apart=jobs > 1) as found:

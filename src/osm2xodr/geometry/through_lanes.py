@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from osm2xodr.curves import curve_ends, wrapped
+from osm2xodr.curves import curve_ends, unique_rows, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -115,7 +115,7 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
     arms = zip(connecting.entry[row].tolist(), connecting.exit[row].tolist(), strict=True)
     row = row[np.array([_is_ramp(parts, one) == _is_ramp(parts, other) for one, other in arms], bool)]
     row = row[np.argsort(np.abs(off[row]), kind="stable")]
-    row = row[_first_of(np.column_stack([connecting.entry[row], connecting.exit[row]]))]
+    row = row[_first_of(connecting.entry[row], connecting.exit[row])]
     # Each end has one partner, that of the ends which bends least.
     row = row[np.argsort(np.abs(turn[row]), kind="stable")]
     row = row[_first_of(connecting.entry[row]) & _first_of(connecting.exit[row])]
@@ -126,10 +126,10 @@ def _is_ramp(parts: RoadParts, end: int) -> bool:
     return parts.at_end(end).attributes.highway.endswith("_link")
 
 
-def _first_of(keys: IntArray) -> BoolArray:
-    """Say which of some keys were not there before, (n,)."""
-    out = np.zeros(len(keys), bool)
-    out[np.unique(keys, axis=0, return_index=True)[1]] = True
+def _first_of(*keys: IntArray) -> BoolArray:
+    """Say which of some keys, columns of rows, were not there before, (n,)."""
+    out = np.zeros(len(keys[0]), bool)
+    out[unique_rows(np.column_stack(keys)).first] = True
     return out
 
 

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique
 from osm2xodr.model import Building
 from osm2xodr.osmParsing.file import RawArea, RawNodes, open_osm_file, read_areas, read_nodes, rings_of
 from osm2xodr.osmParsing.tags import parse_length
@@ -38,7 +39,7 @@ def read_buildings(path: Path) -> tuple[tuple[Building, ...], tuple[str, ...]]:
     rings = [ring for area in areas for ring in (*area.outer, *area.inner)]
     if not rings:
         return (), tuple(broken)
-    wanted = np.unique(np.concatenate([np.array(ring, np.int64) for ring in rings]))
+    wanted = sorted_unique(np.concatenate([np.array(ring, np.int64) for ring in rings]))
     nodes = read_nodes(file, wanted)
     out = []
     for area in areas:

@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.conventions import find_country
-from osm2xodr.curves import runs
+from osm2xodr.curves import runs, sorted_unique
 from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
@@ -109,7 +109,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     nodes = correct_nodes(_read_nodes(file, [*ways, *beside], options.furniture, extra), corrections, diagnostics)
     report_file(file, diagnostics)
     frame, points, pieces, same_node = _cut_ways(path, ways, nodes, options.frame, diagnostics)
-    carried = [ways[index] for index in np.unique(pieces.way).tolist()]
+    carried = [ways[index] for index in sorted_unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
     country = find_country(code)
     by_piece = _by_piece(pieces, points)
@@ -131,7 +131,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     restrictions = read_restrictions(relations, carried, same_node, diagnostics)
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions, restrictions)
     report_head_on(streets, intersections, diagnostics)
-    ids = np.unique(np.concatenate([street.node_ids for street in streets]))
+    ids = sorted_unique(np.concatenate([street.node_ids for street in streets]))
     on_streets = np.searchsorted(nodes.ids, ids)
     tags = {way.id: way.tags for way in ways}
     node_tags = tags_on_streets(ids, nodes, same_node)
@@ -189,7 +189,7 @@ def _built_up(ways: Sequence[RawWay], pieces: WayPieces, nodes: RawNodes) -> set
 def _read_nodes(file: OsmFile, ways: Sequence[RawWay], furniture: bool, extra: frozenset[str]) -> RawNodes:
     """Read the nodes of ways, and those that are things beside streets."""
     keys, details = node_keys(furniture, extra)
-    refs = np.unique(np.concatenate([way.refs for way in ways]))
+    refs = sorted_unique(np.concatenate([way.refs for way in ways]))
     return read_nodes(file, refs, keys, details, partial(is_thing, extra=extra) if furniture else None)
 
 
@@ -203,7 +203,7 @@ def _cut_ways(
     lines = leave_out_far_nodes(lines, nodes, ways, diagnostics)
     if not len(lines.node):
         raise InputError(f"{path} has no way whose nodes lie near to each other; look for nodes at wrong places")
-    frame, points = _local(path, nodes, np.unique(lines.node), frame, diagnostics)
+    frame, points = _local(path, nodes, sorted_unique(lines.node), frame, diagnostics)
     lines, same_node = join_same_places(lines, points, nodes, diagnostics)
     lines = cut_gaps(lines, points, ways, diagnostics)
     pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique
 from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
 from osm2xodr.osmParsing.file import (
     RawArea,
@@ -45,7 +46,7 @@ def read_water(path: Path) -> Water:
     refs = [ring for area in areas for ring in (*area.outer, *area.inner, *area.lines)] + coast
     if not refs:
         return Water(unclosed=unclosed)
-    nodes = read_nodes(file, np.unique(np.concatenate([np.array(ring, np.int64) for ring in refs])))
+    nodes = read_nodes(file, sorted_unique(np.concatenate([np.array(ring, np.int64) for ring in refs])))
     whole, open_areas = [], []
     for area in areas:
         outlines, holes = rings_of(area, nodes)

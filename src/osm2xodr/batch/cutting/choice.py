@@ -24,7 +24,7 @@ from osm2xodr.batch.cutting.streets import (
     only,
 )
 from osm2xodr.batch.model import CutRequest
-from osm2xodr.curves import distance_to_outline, ranks, runs
+from osm2xodr.curves import distance_to_outline, ranks, runs, sorted_unique, unique_inverse
 from osm2xodr.defaults import OUTLINE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
 
@@ -134,8 +134,8 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
         beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
         at_ends = _around(plan, request.frame, _local(source, request.frame, ends), _CONTEXT_REACH)
         along = _around(plan, request.frame, beside, _CONTEXT_BESIDE + 0.5 * _SPACING)
-        kept = np.unique(np.concatenate([kept, ways, at_ends[0], along[0]]))
-        things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
+        kept = sorted_unique(np.concatenate([kept, ways, at_ends[0], along[0]]))
+        things = sorted_unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)
     nodes = np.union1d(source.row[_ranges(source.first, kept)], things)
     outlines, areas = _surroundings(plan, request) if request.surroundings else (kept[:0], kept[:0])
@@ -187,7 +187,7 @@ class _Near:
         self._of_segment = np.repeat(candidates, np.diff(segments.first)[candidates])
         refs = _ranges(source.first, candidates)
         self._of_ref = np.repeat(candidates, np.diff(source.first)[candidates])
-        rows, self._ref = np.unique(source.row[refs], return_inverse=True)
+        rows, self._ref = unique_inverse(source.row[refs])
         points = _local(source, request.frame, rows)
         self._off = distance_to_outline(request.outline, points[:, 0], points[:, 1], reach)
         start, end = (np.searchsorted(rows, nodes[self._at]) for nodes in (segments.start, segments.end))
@@ -201,8 +201,7 @@ class _Near:
     def ways(self, reach: float) -> IntArray:
         """Return the ways within `reach`, m, ascending."""
         near = self._off[self._ref] <= reach
-        out: IntArray = np.unique(np.concatenate([self._of_ref[near], self._of_segment[self._hit(reach)]]))
-        return out
+        return sorted_unique(np.concatenate([self._of_ref[near], self._of_segment[self._hit(reach)]]))
 
     def _hit(self, reach: float) -> BoolArray:
         return reached(self._request.outline, self._start, self._end, self._nearer, reach)
@@ -253,10 +252,10 @@ def _ranges(first: IntArray, groups: IntArray) -> IntArray:
 def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> tuple[IntArray, IntArray, IntArray]:
     """Return the ways and segments of the streets that segments belong to, and the nodes at their ends."""
     streets = plan.streets[driven]
-    found = np.unique(streets.of_segment[near])
+    found = sorted_unique(streets.of_segment[near])
     found = found[found >= 0]
-    ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
-    ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
+    ways = sorted_unique(streets.ways[_ranges(streets.first_way, found)])
+    ends = sorted_unique(streets.ends[_ranges(streets.first_end, found)])
     segments = _ranges(plan.segments.first, ways)
     return ways, segments[np.isin(streets.of_segment[segments], found)], ends
 
@@ -286,19 +285,19 @@ def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> 
     ways = find_in_boxes(plan.way_cells, boxes)
     at = _ranges(segments.first, ways)
     of_segment = np.repeat(ways, np.diff(segments.first)[ways])
-    rows = np.unique(np.concatenate([segments.start[at], segments.end[at]]))
+    rows = sorted_unique(np.concatenate([segments.start[at], segments.end[at]]))
     points = _local(source, frame, rows)
     start, end = (points[np.searchsorted(rows, nodes[at])] for nodes in (segments.start, segments.end))
     hit = near_places(start, end, places, reach)
     things = find_in_boxes(plan.thing_cells, boxes)
     close = points_near_places(_local(source, frame, things), places, reach)
-    return np.unique(of_segment[hit]), things[close]
+    return sorted_unique(of_segment[hit]), things[close]
 
 
 def _with_relations(plan: Plan, ways: IntArray) -> tuple[IntArray, IntArray]:
     """Return the ways with those that their relations need, and these relations."""
     source, members = plan.source, plan.members
-    nodes = np.unique(source.row[_ranges(source.first, ways)])
+    nodes = sorted_unique(source.row[_ranges(source.first, ways)])
     hit = np.union1d(_among(members.way, ways), _among(members.node, nodes))
     ways = np.union1d(ways, members.ways[_ranges(members.first_way, hit)])
     # The added ways may complete further relations.
@@ -313,8 +312,7 @@ def _among(pairs: tuple[IntArray, IntArray], chosen: IntArray) -> IntArray:
     """Return the relations that are paired with the chosen items, ascending."""
     keys, relations = pairs
     first, last = np.searchsorted(keys, chosen), np.searchsorted(keys, chosen, side="right")
-    found: IntArray = np.unique(relations[runs(first, last - first)])
-    return found
+    return sorted_unique(relations[runs(first, last - first)])
 
 
 def _make_members(source: Source, relations: BoolArray, among: BoolArray) -> Members:

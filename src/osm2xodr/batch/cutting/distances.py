@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import outline_bounds, ranks
+from osm2xodr.curves import outline_bounds, ranks, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Length of the parts that long segments are divided into, m, and the largest number of them.
@@ -74,7 +74,7 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
     share = ((ranks(parts) + 0.5) / parts[segment])[:, None]
     middle = start[segment] + share * (end[segment] - start[segment])
     for index, found in enumerate(cKDTree(middle).query_ball_point(places, reach + 0.5 * _PART)):
-        chosen = np.unique(segment[np.asarray(found, np.int64)])
+        chosen = sorted_unique(segment[np.asarray(found, np.int64)])
         out[chosen] |= _to_point(start[chosen], end[chosen], places[index]) <= reach
     return out
 

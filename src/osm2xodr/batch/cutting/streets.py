@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.batch.cutting.source import Source
-from osm2xodr.curves import ranks, runs
+from osm2xodr.curves import ranks, runs, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 
 # Side of the cells of the index, degrees: about 1 km, so that most ways are in one or two of them.
@@ -123,7 +123,7 @@ def make_way_cells(source: Source, segments: Segments) -> Cells:
     cells = wide * (np.abs(row[start] - row[end]) + 1)
     # Those that cross the 180th meridian are among the long ones.
     long = (cells > _CELLS_MAX) | (wide > _COLUMNS // 2)
-    everywhere = np.unique(way[long])
+    everywhere = sorted_unique(way[long])
     way, west, south, wide, cells = (item[~long] for item in (way, west, south, wide, cells))
     step = ranks(cells)
     again = np.repeat(np.arange(len(way)), cells)
@@ -174,5 +174,5 @@ def find_in_boxes(cells: Cells, boxes_deg: FloatArray) -> IntArray:
         line = runs(low, tall) * _COLUMNS
         first = np.searchsorted(cells.keys, line + left[box])
         last = np.searchsorted(cells.keys, line + right[box], side="right")
-        found.append(np.unique(cells.items[runs(first, last - first)]))
-    return np.unique(np.concatenate(found))
+        found.append(sorted_unique(cells.items[runs(first, last - first)]))
+    return sorted_unique(np.concatenate(found))

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.checking.findings import Place
+from osm2xodr.curves import unique_first
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive
 
@@ -65,7 +66,7 @@ def lane_index(drive: OpenDrive) -> LaneIndex:
     forward = ((lanes.id < 0) != drive.roads.left_hand[road]) != reversed_
     has = sections.start[1:] > sections.start[:-1]
     # Of lanes with the same id the first is kept.
-    keys, rows = np.unique(_key(lanes.section, lanes.id), return_index=True)
+    keys, rows = unique_first(_key(lanes.section, lanes.id))
     first, last = np.where(has, sections.start[:-1], -1), np.where(has, sections.start[1:] - 1, -1)
     return LaneIndex(road, driving, forward, both, first, last, keys, rows)
 

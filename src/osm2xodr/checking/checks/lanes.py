@@ -10,7 +10,7 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, first_rows, followers, owners, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings, Place
-from osm2xodr.curves import runs
+from osm2xodr.curves import runs, sorted_unique
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Shape, curvature, lane_borders, section_at
@@ -97,7 +97,7 @@ def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     bent = np.flatnonzero((drive.plan_view.shape != Shape.LINE) & (drive.plan_view.length > 0))
     owner = owners(drive.plan_view.start)
     # A lane is judged in one go: blocks end where roads do.
-    begins = np.searchsorted(owner[bent], np.unique(owner[bent[::_BLOCK]]))
+    begins = np.searchsorted(owner[bent], sorted_unique(owner[bent[::_BLOCK]]))
     for block in np.split(bent, begins[1:]):
         _check_bent(drive, lanes, findings, block, owner)
 

@@ -11,6 +11,7 @@ from osm2xodr.checking.checks.common import above, degrees, end_station, road_pl
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.checks.lane_transitions import Transitions
 from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, grade, lane_borders, pose, surface_points
 
@@ -223,7 +224,7 @@ def _check_lane_ends(
 ) -> None:
     """Check for groups of lanes of one section and direction of which none goes on although the road does."""
     group = drive.lanes.section[row] * 2 + lanes.forward[row]
-    alive = np.unique(group[used])
+    alive = sorted_unique(group[used])
     bad = np.flatnonzero(goes_on & ~used & above("lane-ends", width) & ~np.isin(group, alive))
     _add_ends("lane-ends", drive, lanes, row[bad], s[bad], width[bad], findings)
 

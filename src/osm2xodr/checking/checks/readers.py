@@ -10,6 +10,7 @@ import numpy as np
 from osm2xodr.checking.checks.common import above, add_furniture, owners, road_place
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import sorted_unique
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import counted
 from osm2xodr.opendrive import OpenDrive
@@ -182,7 +183,7 @@ def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None
     bank = drive.superelevation
     tilted = (bank.a != 0) | (bank.b != 0) | (bank.c != 0) | (bank.d != 0)
     owner = owners(bank.start)
-    banked = np.unique(owner[tilted])
+    banked = sorted_unique(owner[tilted])
     if len(banked):
         steepest = int(owner[tilted][np.argmax(np.abs(np.nan_to_num(bank.a[tilted])))])
         place = road_place(drive, np.array([steepest]))

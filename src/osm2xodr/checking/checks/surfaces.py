@@ -12,7 +12,7 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import Table, join_tables, ranks, runs
+from osm2xodr.curves import Table, join_tables, ranks, runs, sorted_unique, unique_all
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 from osm2xodr.system import available_jobs, map_parallel
@@ -177,7 +177,7 @@ def _cuts(group: IntArray, stations: FloatArray | IntArray) -> IntArray:
     block = (np.cumsum(stations) / _BLOCK).astype(np.int64)
     # A group belongs to the block of its first row.
     cuts = np.searchsorted(group, group[np.flatnonzero(np.diff(block)) + 1])
-    return np.asarray(np.unique(cuts[cuts > 0]))
+    return sorted_unique(cuts[cuts > 0])
 
 
 def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, FloatArray, IntArray, FloatArray]:
@@ -222,7 +222,7 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     # At this spacing cells are missed. The few roads that overlap are sampled again, closely.
     roads = np.union1d(rough.low, rough.high)
     shared = _shared_by_bands(drive, lanes, roads, _CELL / 2, _CELL / 2)
-    pair, first, cells = np.unique(shared.low * len(length) + shared.high, return_index=True, return_counts=True)
+    pair, first, _, cells = unique_all(shared.low * len(length) + shared.high)
     area = cells * _CELL**2
     bad = np.flatnonzero(above("overlap", area))
     one, other = pair[bad] // len(length), pair[bad] % len(length)
@@ -290,7 +290,7 @@ def _bands(near: _Stretches) -> list[_Stretches]:
 def _ways_in(drive: OpenDrive, lanes: LaneIndex, band: _Stretches, step: float) -> Carriageways:
     """Return the carriageways at the stations of stretches."""
     count = band.last - band.first + 1
-    station = np.unique(np.repeat(band.road, count) * _MOST_STATIONS + runs(band.first, count))
+    station = sorted_unique(np.repeat(band.road, count) * _MOST_STATIONS + runs(band.first, count))
     return carriageways_at(drive, lanes, station // _MOST_STATIONS, station % _MOST_STATIONS, step)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from osm2xodr.curves import unique_inverse
 from osm2xodr.exporting.lanelet2.strips import Cut
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import End
@@ -38,7 +39,7 @@ def join_ends(cut: Cut) -> Ends:
         a, b = _root(parent, slots[one]), _root(parent, slots[other])
         parent[max(a, b)] = min(a, b)
     roots = np.array([_root(parent, k) for k in range(len(parent))], np.int64)
-    _, group = np.unique(roots, return_inverse=True)
+    group = unique_inverse(roots)[1]
     place = np.array(points).reshape(-1, 3)
     return _placed(slots, group.astype(np.int64), place)
 

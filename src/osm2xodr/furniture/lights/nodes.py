@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import Signs, read_signs
-from osm2xodr.curves import curves_cross
+from osm2xodr.curves import curves_cross, sorted_unique
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.furniture.defaults import ROOM_FOR_CAR
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
@@ -187,7 +187,7 @@ def _crossing_lit_traffic(
         return {}
     owner, one, other = np.array(sorted(rows), np.int64).T
     out: dict[int, str] = {}
-    for k in np.unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
+    for k in sorted_unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
         node = first_light.get(approaches[k].street_end)
         out[k] = "" if node is None else f"node/{node}"
         if node is None:

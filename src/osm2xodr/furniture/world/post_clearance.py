@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks
+from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks, sorted_unique
 from osm2xodr.furniture.world.world import World, points_beside, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -81,7 +81,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     step = np.arange(-1, 2)
     column = np.floor(x / _CELL).astype(np.int64)[:, None] + np.repeat(step, 3)
     row = np.floor(y / _CELL).astype(np.int64)[:, None] + np.tile(step, 3)
-    cells = np.unique(column * _COLUMNS + row)
+    cells = sorted_unique(column * _COLUMNS + row)
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
     # Samples that are at most half a cell apart.
     parts = np.maximum(np.ceil(plan.length / (0.5 * _CELL)).astype(np.int64), 1)
@@ -91,5 +91,4 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     s = np.minimum(s, lengths(plan, curve))
     px, py, _ = pose(plan, curve, s)
     key = np.floor(px / _CELL).astype(np.int64) * _COLUMNS + np.floor(py / _CELL).astype(np.int64)
-    found: IntArray = np.unique(curve[np.isin(key, cells)])
-    return found
+    return sorted_unique(curve[np.isin(key, cells)])

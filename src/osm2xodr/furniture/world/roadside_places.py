@@ -9,7 +9,19 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import SAMPLE_SPACING, Table, find_record, join_tables, lengths, project, sample_curves, starts
+from osm2xodr.curves import (
+    SAMPLE_SPACING,
+    Table,
+    find_record,
+    join_tables,
+    lengths,
+    project,
+    sample_curves,
+    sorted_unique,
+    starts,
+    unique_first,
+    unique_inverse,
+)
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import World, pieces_on_road
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
@@ -84,7 +96,7 @@ class RoadsideFinder:
         beyond = np.maximum(t - left, right - t)
         near = (beyond <= reach) & ~self._covered(curve, s)
         order = np.flatnonzero(near)[np.lexsort((curve[near], beyond[near], point[near]))]
-        order = order[np.unique(point[order], return_index=True)[1]]
+        order = order[unique_first(point[order])[1]]
         out = RoadsidePlaces(np.full(len(x), -1, np.int64), *(np.full(len(x), np.nan) for _ in range(4)))
         at = point[order]
         # Points on connecting roads lie in a junction, even where it is wider than its arms.
@@ -143,7 +155,7 @@ class RoadsideFinder:
 
     def _edges_at(self, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what `edges` does, for places on several roads."""
-        used, owner = np.unique(curve, return_inverse=True)
+        used, owner = unique_inverse(curve)
         if not len(used):
             return np.zeros(0), np.zeros(0)
         tables = [self._table(k) for k in used.tolist()]
@@ -195,5 +207,5 @@ def _pairs(samples: _Samples, x: FloatArray, y: FloatArray, reach: float) -> tup
     flat = found.ravel()
     there = flat < len(samples.curve)
     curves = int(samples.curve[-1]) + 1
-    pair = np.unique(point[there] * curves + samples.curve[flat[there]])
+    pair = sorted_unique(point[there] * curves + samples.curve[flat[there]])
     return pair // curves, pair % curves

@@ -20,6 +20,8 @@ from osm2xodr.curves import (
     distance_to_outline,
     places_along,
     pose,
+    sorted_unique,
+    unique_rows,
 )
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
@@ -78,7 +80,7 @@ def with_border_heights(
     sampled, s = places_along(problem.plan_view, _REACH_SAMPLES_EVERY)
     points = sampled, *pose(problem.plan_view, sampled, s)[:2]
     found: list[tuple[IntArray, FloatArray, FloatArray]] = []
-    for own, area in np.unique(pair, axis=0).tolist():
+    for own, area in unique_rows(pair).values.tolist():
         here = cut[(pair == (own, area)).all(axis=1)]
         near = np.union1d(_roads_near(points, borders.partition, sorted((own, area))), road[here])
         heights = _heights(problem, near, points, road[here], borders.piece_s[here], surface_around, options)
@@ -101,7 +103,7 @@ def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntA
     near, reach = np.arange(len(road)), _BORDER_HEIGHT_REACH
     for area in areas:
         near = near[distance_to_outline(partition.outlines[area], x[near], y[near], reach) <= reach]
-    return np.asarray(np.unique(road[near]))
+    return sorted_unique(road[near])
 
 
 def _heights(

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths
+from osm2xodr.curves import lengths, sorted_unique
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.geometry.defaults import SHORTEST_NAME
 from osm2xodr.model import Borders, Partition, RoadLink, RoadMap, RoadName
@@ -56,7 +56,7 @@ class Pieces:
         self._of: dict[int, list[Piece]] = {}
         of = np.repeat(np.arange(outside), np.diff(borders.piece_start))
         through = outside + np.flatnonzero(np.array(self._through, np.int64) == own)
-        here = np.concatenate([np.unique(of[borders.piece_area == own]), through])
+        here = np.concatenate([sorted_unique(of[borders.piece_area == own]), through])
         self.kept = [piece for k in here.tolist() for piece in self._pieces(k) if piece.id]
         self._junction = {junction: self._id() for junction, area in junction_area.items() if area == own}
         if not self.kept:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths, pose
+from osm2xodr.curves import cubic_value, lengths, pose, starts, unique_all
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.edges import Edges
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Lane, RoadMap
@@ -55,7 +55,7 @@ class Arms:
                 if link is not None:
                     keys.append(2 * index[link.id] + (not link.at_start))
                     junction.append(road.junction)
-        known, first, arm = np.unique(np.array(keys, np.int64), return_index=True, return_inverse=True)
+        known, first, arm, _ = unique_all(np.array(keys, np.int64))
         road, at_end = known // 2, known % 2 == 1
         s = np.where(at_end, lengths(road_map.plan_view, road), 0.0)
         x, y, hdg = pose(road_map.plan_view, road, s)
@@ -91,10 +91,10 @@ def _reached(
 
 def _in_order(junction: IntArray, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return the next arm counter-clockwise, the number of arms of the junction, and each arm's rank, (arms,)."""
-    _, group, count = np.unique(junction, return_inverse=True, return_counts=True)
+    _, _, group, count = unique_all(junction)
     angle = np.arctan2(y - (np.bincount(group, y) / count)[group], x - (np.bincount(group, x) / count)[group])
     order = np.lexsort((angle, group))
-    first = (np.cumsum(count) - count)[group[order]]
+    first = starts(count)[group[order]]
     rank = np.arange(len(order)) - first
     following = np.empty(len(order), np.int64)
     following[order] = order[first + (rank + 1) % count[group[order]]]

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_first, unique_inverse
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms, lanes_across
@@ -46,7 +47,7 @@ def find_boundaries(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
 def _closed(arms: Arms, edges: Edges, pieces: Pieces, right: FloatArray, left: FloatArray) -> BoolArray:
     """Say for which arms the boundary of their junction is closed, (arms,); u of their joints' ends, (arms,), m."""
     good = pieces.gap <= defaults.CLOSED_WITHIN
-    arm, begin = np.unique(pieces.arm, return_index=True)
+    arm, begin = unique_first(pieces.arm)
     last = np.append(begin[1:], len(pieces.arm)) - 1
     for face, u, row, s in (
         (arm, left, begin, pieces.begin),
@@ -54,7 +55,7 @@ def _closed(arms: Arms, edges: Edges, pieces: Pieces, right: FloatArray, left: F
     ):
         off = np.hypot(*(edges.at(pieces.edge[row], s[row]) - arms.at(face, u[face])).T)
         good &= off <= defaults.CLOSED_WITHIN
-    group = np.unique(arms.junction, return_inverse=True)[1]
+    group = unique_inverse(arms.junction)[1]
     bad = np.bincount(group[~good], minlength=int(group.max()) + 1) > 0
     return ~bad[group]
 

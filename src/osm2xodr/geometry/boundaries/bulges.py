@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, ranks, runs, starts
+from osm2xodr.curves import owners, ranks, runs, starts, unique_first, unique_inverse, unique_rows
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.corners import Pieces, first_edges
@@ -29,7 +29,7 @@ _PAIRS_AT_ONCE: Final = 100_000
 
 def around_bulges(arms: Arms, edges: Edges, pieces: Pieces) -> Pieces:
     """Return pieces that also go round what bulges out of them; with an endless gap where that cannot be."""
-    group = np.unique(arms.junction, return_inverse=True)[1].astype(np.int64)
+    group = unique_inverse(arms.junction)[1]
     of_edge = np.repeat(group[arms.arm[::2]], 2)
     outside = _outside(arms, group, of_edge, edges, pieces)
     if not outside.any():
@@ -43,7 +43,7 @@ def around_bulges(arms: Arms, edges: Edges, pieces: Pieces) -> Pieces:
     every = np.arange(len(again))
     corner = np.concatenate([np.repeat(every, end - begin), every, every])
     edge = np.concatenate([bulging[runs(begin, end - begin)], first[again], second[again]])
-    corner, edge = np.unique(np.stack([corner, edge]), axis=1)
+    corner, edge = unique_rows(np.column_stack([corner, edge])).values.T
     walked, good = _walked(_Ways(first[again], second[again], corner, edge), edges)
     gap = np.zeros(len(arms.road))
     gap[again[~good]] = np.inf
@@ -95,7 +95,7 @@ class _Ways:
 
 def _walked(ways: _Ways, edges: Edges) -> tuple[Pieces, BoolArray]:
     """Return the pieces of ways that take each edge which leads farther out, and which ways reach their ends."""
-    used, index = np.unique(np.concatenate([ways.edge, ways.first, ways.last]), return_inverse=True)
+    used, index = unique_inverse(np.concatenate([ways.edge, ways.first, ways.last]))
     lines = edge_lines(edges, used)
     line = index[: len(ways.edge)].astype(np.int64)
     now = _begins(ways, lines, line, index[len(ways.edge) :][: len(ways.first)])
@@ -116,7 +116,7 @@ def _walked(ways: _Ways, edges: Edges) -> tuple[Pieces, BoolArray]:
         out = np.flatnonzero((turned < 0.0) & ~np.isnan(u))
         out = out[_leads_out(rest, lines, a[out], b[out])]
         out = out[np.lexsort((a[out] + u[out], row[pair[out]]))]
-        turning, best = np.unique(row[pair[out]], return_index=True)
+        turning, best = unique_first(row[pair[out]])
         best = out[best]
         end = last.copy()
         end[turning] = rest.between(a[best], u[best])
@@ -163,7 +163,7 @@ def _begins(ways: _Ways, lines: Lines, line: IntArray, first: IntArray) -> IntAr
     at = parts.argmax(axis=1)
     side = np.where(parts.any(axis=1), np.sign(left[np.arange(len(at)), at]) / (1 + at), 0.0)
     order = np.lexsort((side, row))
-    return np.asarray(line[order][np.unique(row[order], return_index=True)[1]])
+    return np.asarray(line[order][unique_first(row[order])[1]])
 
 
 def _places_ahead(lines: Lines, line: IntArray) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import ranks, unique_first
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.edges import Edges, edge_lines
@@ -92,7 +92,7 @@ def _meetings(first: IntArray, second: IntArray, edges: Edges) -> tuple[FloatArr
     u, v, _ = crossings(one, other, a, b)
     rows = np.flatnonzero(~np.isnan(u))
     rows = rows[np.lexsort((a[rows] + u[rows], pair[rows]))]
-    crossing, best = np.unique(pair[rows], return_index=True)
+    crossing, best = unique_first(pair[rows])
     best = rows[best]
     leave, join, distance = np.zeros((3, len(first)))
     leave[crossing], join[crossing] = one.between(a[best], u[best]), other.between(b[best], v[best])
@@ -100,6 +100,6 @@ def _meetings(first: IntArray, second: IntArray, edges: Edges) -> tuple[FloatArr
     a, b, pair = products(one.start[apart], one.start[apart + 1], other.start[apart], other.start[apart + 1])
     between = np.hypot(*(other.xy[b] - one.xy[a]).T)
     nearest = np.lexsort((a, between, pair))
-    nearest = nearest[np.unique(pair[nearest], return_index=True)[1]]
+    nearest = nearest[unique_first(pair[nearest])[1]]
     leave[apart], join[apart], distance[apart] = one.s[a[nearest]], other.s[b[nearest]], between[nearest]
     return leave, join, distance

@@ -24,6 +24,7 @@ from osm2xodr.curves import (
     ranks,
     replace_curves,
     smallest_radius,
+    unique_inverse,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.corner_paths import follow_corners
@@ -251,7 +252,7 @@ def _outside(plan: PlanView, rows: IntArray, streets: Carriageways) -> FloatArra
     """Return how far outside the innermost way between the same two arms, there and back, curves lie, (rows,), m."""
     lanes = streets.lanes
     inwards = np.sign(heading_change(plan, rows)) * (lanes.t_in[rows] + lanes.t_out[rows]) / 2
-    _, group = np.unique(streets.arms[rows], return_inverse=True)
+    group = unique_inverse(streets.arms[rows])[1]
     innermost = np.full(len(rows), -np.inf)
     np.maximum.at(innermost, group.ravel(), inwards)
     out: FloatArray = innermost[group.ravel()] - inwards

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, lengths, runs, stack_plan_views, wrapped
+from osm2xodr.curves import Table, lengths, runs, stack_plan_views, unique_first, unique_inverse, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
@@ -191,7 +191,7 @@ def build_connecting_roads(
     entry, exit_, entry_t, exit_t = columns.entry, columns.exit, columns.entry_t, columns.exit_t
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
     hdg_in, hdg_out = hdg0 + np.where(entry % 2 == 1, 0.0, np.pi), hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi)
-    used, movement = np.unique(np.array([row.movement for row in rows], np.int64), return_inverse=True)
+    used, movement = unique_inverse(np.array([row.movement for row in rows], np.int64))
     movements = [movements[k] for k in used.tolist()]
     street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = connect(
@@ -279,7 +279,7 @@ def _whole_junctions(junction: IntArray) -> list[slice]:
     """
     count = 2 * math.ceil(len(junction) / (2 * _AT_ONCE)) if len(junction) > _SHARED_FROM else 1
     begin = np.flatnonzero(np.diff(junction, prepend=-1))
-    first = begin[np.unique(begin * count // max(len(junction), 1), return_index=True)[1]].tolist()
+    first = begin[unique_first(begin * count // max(len(junction), 1))[1]].tolist()
     return [slice(a, b) for a, b in pairwise([*first, len(junction)])]
 
 

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     pose,
     replace_curves,
     smallest_radius,
+    sorted_unique,
     wrapped,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -70,7 +71,7 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
         curve, way = curve[:, far], way[:, far]
     if not len(rows):
         return plan
-    gaps = _corner_gaps(paths, lanes.streets, np.unique(lanes.path))
+    gaps = _corner_gaps(paths, lanes.streets, sorted_unique(lanes.path))
     least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_all
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
@@ -36,9 +37,7 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     """
     ends = np.concatenate([connecting.entry, connecting.exit])
     lanes = np.concatenate([connecting.entry_lane, connecting.exit_lane])
-    keys, first, number = np.unique(
-        ends * 2 * _MOST_LANES + lanes + _MOST_LANES, return_index=True, return_inverse=True
-    )
+    keys, first, number, _ = unique_all(ends * 2 * _MOST_LANES + lanes + _MOST_LANES)
     before = np.concatenate([connecting.entry_width, connecting.exit_width])[first]
     one, other = number.reshape(2, -1)
     along = _along_roads(parts, keys)
@@ -64,8 +63,8 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     stretches = list(parts.stretches)
     for road in sorted({end // 2 for end in found}):
         # Where roads touch without a junction between them, their widths stay what they are.
-        first, last = (found.get(2 * road + k, {} if parts.end_link[road, k] >= 0 else None) for k in (0, 1))
-        stretches[road] = with_narrow_ends(stretches[road], first, last, rule)
+        low, high = (found.get(2 * road + k, {} if parts.end_link[road, k] >= 0 else None) for k in (0, 1))
+        stretches[road] = with_narrow_ends(stretches[road], low, high, rule)
     text = "its lanes narrow towards a junction that leads to narrower ones within a few metres"
     for end in sorted(found):
         diagnostics.repaired("lanes-narrowed", f"way/{parts.at_end(end).attributes.osm_way_id}", text)

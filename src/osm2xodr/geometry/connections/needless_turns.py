@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, smallest_radius
+from osm2xodr.curves import lengths, smallest_radius, unique_rows
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import LONGEST_TURN_BACK, TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.turn_backs import swings_back
@@ -54,10 +54,10 @@ def long_turns_back(connecting: ConnectingRoads, on_ring: BoolArray) -> BoolArra
     out = swings_back(connecting.plan_view) & (connecting.length > LONGEST_TURN_BACK)
     out &= connecting.for_vehicles() & (connecting.entry != connecting.exit) & ~on_ring
     for end, lane in ((connecting.entry, connecting.entry_lane), (connecting.exit, connecting.exit_lane)):
-        _, at = np.unique(np.column_stack([end, lane]), axis=0, return_inverse=True)
+        at = unique_rows(np.column_stack([end, lane])).inverse
         # Where all ways of a lane are such, none is left out.
-        linked = np.bincount(at.ravel(), ~out & connecting.for_vehicles())
-        out &= linked[at.ravel()] > 0
+        linked = np.bincount(at, ~out & connecting.for_vehicles())
+        out &= linked[at] > 0
     return out
 
 

@@ -27,6 +27,7 @@ from osm2xodr.curves import (
     smooth_step,
     stack_plan_views,
     starts,
+    unique_all,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
@@ -222,7 +223,7 @@ def _ways_back(plan: PlanView, pairs: _Pairs) -> PlanView:
 def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
     """Return the ways there and back between the same two arms that have one lane each."""
     rows, many = np.flatnonzero(~shared), int(max(entry.max(initial=0), exit_.max(initial=0))) + 1
-    arms, first, count = np.unique(entry[rows] * many + exit_[rows], return_index=True, return_counts=True)
+    arms, first, _, count = unique_all(entry[rows] * many + exit_[rows])
     alone, row = arms[count == 1], rows[first[count == 1]]
     one, two = alone // many, alone % many
     at = np.minimum(np.searchsorted(alone, two * many + one), len(alone) - 1)

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, blocks, owners, pose, project, ranks, runs, starts
+from osm2xodr.curves import Table, blocks, owners, pose, project, ranks, runs, sorted_unique, starts, unique_inverse
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
@@ -110,7 +110,7 @@ def _streets_at(ends: StreetEnds, layout: JunctionLayout) -> tuple[IntArray, Int
     junction[list(chain.from_iterable(layout.nodes))] = owners(starts([len(nodes) for nodes in layout.nodes]))
     at = junction[ends.node]
     streets = len(at) // 2
-    number, street = np.divmod(np.unique((at * streets + np.arange(len(at)) // 2)[at >= 0]), streets)
+    number, street = np.divmod(sorted_unique((at * streets + np.arange(len(at)) // 2)[at >= 0]), streets)
     return starts(np.bincount(number, minlength=len(layout.nodes))), street
 
 
@@ -167,7 +167,7 @@ class _Arms(Table):
     @classmethod
     def of(cls, parts: RoadParts, end: IntArray) -> _Arms:
         """Return the arms at road ends, (n,)."""
-        end, each = np.unique(end, return_inverse=True)
+        end, each = unique_inverse(end)
         road, at_end = end // 2, end % 2 == 1
         sections = [parts.at_end(number).section for number in end.tolist()]
         left, right = np.array([(section.left_edge, section.right_edge) for section in sections]).reshape(-1, 2).T
@@ -195,7 +195,7 @@ def _overrun(
     reach = half + np.maximum(arms.left, -arms.right)
     # Most ways keep off the arm. No place is farther from the middle of its piece than half of its length.
     piece, x, y, _ = _places(connecting, row, (connecting.length / _PIECE).astype(np.int64) + 1)
-    close = np.unique(piece[arms.near(piece, x, y, reach, _PIECE / 2)])
+    close = sorted_unique(piece[arms.near(piece, x, y, reach, _PIECE / 2)])
     arms, half, reach = arms.chosen(close), half[close], reach[close]
     pair, x, y, hdg = _places(connecting, row[close], np.maximum((connecting.length / _SPACING).astype(np.int64), 1))
     near = arms.near(pair, x, y, reach)
@@ -215,7 +215,7 @@ def _places(
     connecting: ConnectingRoads, row: IntArray, count: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
     """Return the middles of `count`, (ways,), equal pieces of each pair's way: the pair, x, y, m, and hdg, rad."""
-    way, each = np.unique(row, return_inverse=True)
+    way, each = unique_inverse(row)
     length, count = connecting.length[way], count[way]
     one = np.repeat(np.arange(len(way)), count)
     x, y, hdg = pose(connecting.plan_view, way[one], (ranks(count) + 0.5) * (length / count)[one])

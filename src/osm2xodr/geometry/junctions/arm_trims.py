@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import blocks, wrapped
+from osm2xodr.curves import blocks, sorted_unique, unique_inverse, wrapped
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -66,7 +66,7 @@ def footprints(ends: StreetEnds, arms: list[list[int]], jobs: int = 1) -> tuple[
         needed = np.where(apart, 0.0, np.minimum(length, ends.reach[end]))
         np.maximum.at(bare, end, needed)
         np.maximum.at(wished, end, needed + kerb)
-    used = np.unique(i)
+    used = sorted_unique(i)
     bare[used] += defaults.ARM_CLEARANCE
     wished[used] += defaults.ARM_CLEARANCE
     return bare, wished
@@ -116,7 +116,7 @@ def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[Flo
 
 
 def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    used, number = np.unique(np.concatenate([i, j]), return_inverse=True)
+    used, number = unique_inverse(np.concatenate([i, j]))
     one, other = number[: len(i)], number[len(i) :]
     x, y, hdg = _samples(ends, used, stations)
     cos, sin = np.cos(hdg), np.sin(hdg)

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, starts
+from osm2xodr.curves import find_record, lengths, pose, ranks, starts, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
@@ -126,8 +126,8 @@ class _Streets:
         other = (self.street[place] != end[row] // 2) & (self._level[place] == self._level[own[row]])
         row, place = row[other], place[other]
         on = self._on(place, x[row], y[row], 0.0)
-        pairs = np.unique(np.column_stack([end[row[on]], self.street[place[on]]]), axis=0)
-        return [(int(end), int(street)) for end, street in pairs]
+        pairs = unique_rows(np.column_stack([end[row[on]], self.street[place[on]]])).values
+        return [(end, street) for end, street in pairs.tolist()]
 
     def covers(self, street: int, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:
         """Return which points, (n,), m, lie on a street or nearer to it than a gap, m."""

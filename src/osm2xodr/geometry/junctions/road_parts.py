@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import curve_ends, cut_curves, lengths, pose, snap_cuts, wrapped
+from osm2xodr.curves import curve_ends, cut_curves, lengths, pose, snap_cuts, sorted_unique, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
@@ -75,7 +75,7 @@ def cut_back_dead_ends(
     keeps its length. `before` has the junctions that nobody can drive through, `layout` does not.
     """
     trim = layout.trim.copy()
-    for junction in np.unique(before.junction[before.junction != layout.junction]).tolist():
+    for junction in sorted_unique(before.junction[before.junction != layout.junction]).tolist():
         arms = before.arms[junction]
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
@@ -257,7 +257,7 @@ def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece
     side = np.array([(before < after) - (after < before) for before, after in cars], np.int64)
     moved = places_clear_of_bends(fitted.plan_view, curve, s, right, left, length, side)
     out = list(fitted.pieces)
-    changed = np.unique(curve[moved != s])
+    changed = sorted_unique(curve[moved != s])
     first, last = np.searchsorted(curve, changed), np.searchsorted(curve, changed, side="right")
     for k, lo, hi in zip(changed.tolist(), first.tolist(), last.tolist(), strict=True):
         pieces = fitted.pieces[k]

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import unique_counts, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import defaults
@@ -47,7 +47,7 @@ def streets_without_room(
     ringed = np.isin(ends.node, ends.node[ends.roundabout])
     short = between & (left < SHORTEST_STREET_BETWEEN_JUNCTIONS) & ~ringed[0::2] & ~ringed[1::2]
     pair = np.sort(group[ends.node.reshape(-1, 2)[between]], 1) @ np.array([len(group), 1])
-    number, count = np.unique(pair, return_counts=True)
+    number, count = unique_counts(pair)
     short[between] &= count[np.searchsorted(number, pair)] == 1
     found = np.flatnonzero(short & ~((left >= _CROSSING_ROOM) & _crossed(network)))
     short[:] = False

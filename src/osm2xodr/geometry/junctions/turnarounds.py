@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.conventions import PLANS
-from osm2xodr.curves import curves_of, ranks, replace_curves
+from osm2xodr.curves import curves_of, ranks, replace_curves, unique_inverse
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX
@@ -238,7 +238,7 @@ def draw_loops(
     if not len(row):
         return plan
     first = plan.start[row]
-    number = np.unique(movement, return_inverse=True)[1]
+    number = unique_inverse(movement)[1]
     outermost = np.zeros(len(row))
     np.maximum.at(outermost, number, half)
     middle = np.array(

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -46,7 +47,7 @@ def lay_out_corners(
         tried = change(parts, margins, failed)
         if tried is margins:
             continue
-        _, still_failed = sidewalk_corners(parts, tried, cars, rule, np.unique(failed.junction))
+        _, still_failed = sidewalk_corners(parts, tried, cars, rule, sorted_unique(failed.junction))
         lost = set(_corner_of(still_failed))
         hopeless = np.array([corner in lost for corner in _corner_of(failed)], bool)
         # Each side of an end faces one corner: it stays as it was where nothing is gained.
@@ -55,7 +56,7 @@ def lay_out_corners(
             continue
         # Lanes may get other ids at the far ends of these roads, too.
         roads = [k for k, (one, other) in enumerate(zip(margins, changed, strict=True)) if one is not other]
-        junctions = np.unique(parts.end_junction[np.array(roads, np.int64)])
+        junctions = sorted_unique(parts.end_junction[np.array(roads, np.int64)])
         margins = changed
         again, failed_again = sidewalk_corners(parts, margins, cars, rule, junctions[junctions >= 0])
         corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)

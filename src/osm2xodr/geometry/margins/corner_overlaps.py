@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, runs, smooth_step
+from osm2xodr.curves import pose, project, runs, smooth_step, sorted_unique, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -46,7 +46,7 @@ def onto_lanes(
     """
     row, car = _pairs(rows.junction, cars.junction)
     lane = np.minimum(cars.entry_width, cars.exit_width) / 2
-    used, place = np.unique(car, return_inverse=True)
+    used, place = unique_inverse(car)
     s = np.linspace(0.0, 1.0, len(PROBES)) * cars.length[used][:, None]
     px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(PROBES)), s.ravel()))
     # A curve leaves the box of its probes by less than a quarter of the way between two of them.
@@ -72,7 +72,7 @@ def onto_roads(junction: IntArray, parts: RoadParts, x: FloatArray, y: FloatArra
     end = arms[arm]
     road = np.repeat(end // 2, len(PROBES))
     _, t, distance = project(parts.plan_view, road, x[path].ravel(), y[path].ravel())
-    sections = {int(k): parts.at_end(int(k)).section for k in np.unique(end)}
+    sections = {int(k): parts.at_end(int(k)).section for k in sorted_unique(end)}
     left = np.repeat([sections[k].left_edge for k in end.tolist()], len(PROBES))
     right = np.repeat([sections[k].right_edge for k in end.tolist()], len(PROBES))
     beside = np.abs(distance - np.abs(t)) < _ABREAST

@@ -12,7 +12,7 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from osm2xodr.curves import Table, wrapped
+from osm2xodr.curves import Table, sorted_unique, unique_all, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
@@ -166,19 +166,18 @@ def arms_in_order(parts: RoadParts, walks: Iterable[tuple[int, int]], sense: int
     (sense 1), else clockwise (-1).
     """
     end_junction = parts.end_junction.ravel()
-    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
+    with_walks = sorted_unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
     arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
     x, y, hdg = end_poses(parts, arms)
     sections = [parts.at_end(end).section for end in arms.tolist()]
     middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
     x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
     junction = end_junction[arms]
-    _, group, count = np.unique(junction, return_inverse=True, return_counts=True)
+    _, _, group, count = unique_all(junction)
     cx, cy = np.bincount(group, x) / count, np.bincount(group, y) / count
     angle = sense * wrapped(np.arctan2(y - cy[group], x - cx[group]))
     order = np.lexsort((arms, angle, junction))
-    first = np.searchsorted(junction[order], np.unique(junction))
-    for rows in np.split(order, first[1:]):
+    for rows in np.split(order, np.cumsum(count)[:-1]):
         listed = arms[rows].tolist()
         # A fixed start, so that rounding at half a turn does not matter.
         start = listed.index(min(listed))

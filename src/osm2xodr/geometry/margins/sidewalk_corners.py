@@ -24,6 +24,7 @@ from osm2xodr.curves import (
     runs,
     smallest_radius,
     smooth_step,
+    unique_first,
     wrapped,
 )
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, connect, runs_backwards
@@ -82,7 +83,7 @@ def _drawn(
     Returns them, the last way where none is clear, whether they are curves of their own, and whether they are clear.
     """
     corner, beside = _ways(corners, cars)
-    first = np.unique(corner, return_index=True)[1]
+    first = unique_first(corner)[1]
     tried = np.zeros(len(corner), bool)
     clear = np.zeros(len(corner), bool)
     rows = [_as_rows(corners, beside.chosen(first), cars, parts)]
@@ -96,7 +97,7 @@ def _drawn(
     # The first that is clear, else the last.
     rank = np.where(clear[number], number, 2 * len(corner) - number)
     best = np.lexsort((rank, corner[number]))
-    best = best[np.unique(corner[number][best], return_index=True)[1]]
+    best = best[unique_first(corner[number][best])[1]]
     chosen = number[best]
     own, good = beside.row[chosen] < 0, clear[chosen]
     return _swung_out(rows[0].joined(*rows[1:]).chosen(best), own, good, others, parts, rule)

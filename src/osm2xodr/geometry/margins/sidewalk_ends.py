@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, pose, record_ends, smooth_step
+from osm2xodr.curves import Table, pose, record_ends, smooth_step, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import smooth_cubic
@@ -192,7 +192,7 @@ def _that_fit(
 
 def _apart(ends: SidewalkEnds, cars: ConnectingRoads) -> SidewalkEnds:
     """Shorten those that end towards each other beside one edge, so that one ends before the other begins."""
-    _, edge = np.unique(2 * ends.row + (ends.side > 0), return_inverse=True)
+    edge = unique_inverse(2 * ends.row + (ends.side > 0))[1]
     both = np.bincount(edge, ends.length)[edge] if len(edge) else ends.length
     return replace(ends, length=ends.length * np.minimum(1.0, cars.length[ends.row] / both))
 

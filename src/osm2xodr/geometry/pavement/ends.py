@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.faces import Faces
@@ -24,7 +25,7 @@ def room_before_ends(
     `rows` (k,), ascending, are all roads at their arms. Where lanes of an arm lead nowhere, all of it counts.
     """
     end, same, low, high = edges.on_arms(roads, rows)
-    arms, arm = np.unique(end, return_inverse=True)
+    arms, arm = unique_inverse(end)
     here = np.isin(faces.end, arms)
     face = np.searchsorted(arms, faces.end[here])
     lowest, highest = np.full(len(arms), np.inf), np.full(len(arms), -np.inf)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, join_tables
+from osm2xodr.curves import Table, join_tables, unique_all, unique_first, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
@@ -82,8 +82,8 @@ def lay_floor(
     if not len(roads.length):
         return Floor({}, {})
     edges = LaneEdges.of(roads, rule)
-    known, number = np.unique(roads.junction, return_inverse=True)
-    junction, faces = number.astype(np.int64), (faces or Faces.none()).within(known)
+    known, junction = unique_inverse(roads.junction)
+    faces = (faces or Faces.none()).within(known)
     cars = roads.for_vehicles()
     loops = Loops.of(roads, cars, unpaved)
     parts = [
@@ -125,8 +125,8 @@ def _laid(
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
     in_loops, loops_paved = fill_loops(sections, loops)
     sections = sections.widened(in_loops, loops_paved)
-    known, of = np.unique(junction_of, return_inverse=True)
-    number, faces = of.astype(np.int64), faces.within(known)
+    known, number = unique_inverse(junction_of)
+    faces = faces.within(known)
     junction = number[np.searchsorted(rows, sections.road)]
     grids = find_gaps(sections, junction, faces)
     islands = [(hole, gap) for hole, gap in find_holes(grids, cars) if is_island(hole)]
@@ -207,11 +207,11 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
     size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
     key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
-    kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)
+    kinds, first, kind, _ = unique_all(key)
     total = np.bincount(kind, size, len(kinds))
     length = np.bincount(kind, sections.spacing[k], len(kinds))
     order = np.lexsort((kinds, -(total**2) * length, rays.gap[first]))
-    largest = order[np.unique(rays.gap[first][order], return_index=True)[1]]
+    largest = order[unique_first(rays.gap[first][order])[1]]
     good = np.zeros(len(kinds), bool)
     good[largest] = total[largest] >= defaults.GAP_LEAST_AREA
     return np.asarray(good[kind])

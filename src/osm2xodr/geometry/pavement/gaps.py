@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import ranks, runs, starts
+from osm2xodr.curves import ranks, runs, starts, unique_first
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
 from osm2xodr.geometry.pavement.faces import Faces
@@ -187,7 +187,7 @@ def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -
     ends = one.astype(np.int32), other.astype(np.int32)
     graph = sp.coo_array((np.ones(len(one), np.int8), ends), shape=(len(first), len(first)))
     label = connected_components(graph, directed=False)[1]
-    begins = np.unique(label, return_index=True)[1]
+    begins = unique_first(label)[1]
     rank = np.empty(len(begins), np.int64)
     rank[np.argsort(begins)] = np.arange(len(begins))
     return rank[label]

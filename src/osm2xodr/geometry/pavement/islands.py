@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import rays_to_segments
+from osm2xodr.curves import rays_to_segments, unique_first
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray
@@ -39,7 +39,7 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[tuple[Hole, int]]:
     holes = grids.holes
     if holes is None or not len(holes.area):
         return found
-    begin = np.unique(holes.area, return_index=True)[1].tolist()
+    begin = unique_first(holes.area)[1].tolist()
     for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
         grid = int(holes.grid[a])
         start, wide = int(grids.start[grid]), int(grids.wide[grid])

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, record_turns
+from osm2xodr.curves import owners, record_turns, unique_first, unique_inverse
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
@@ -52,7 +52,7 @@ def fill_loops(sections: CrossSections, loops: Loops) -> tuple[FloatArray, BoolA
     if not len(k):
         return width, paved
     number = np.searchsorted(loops.road, sections.road[k])
-    loop = np.unique(number, return_inverse=True)[1]
+    loop = unique_inverse(number)[1]
     first, last = np.flatnonzero(np.diff(loop, prepend=-1)), np.flatnonzero(np.diff(loop, append=-1))
     mx, my = ((place[k[first]] + place[k[last]]) / 2 for place in (sections.x, sections.y))
     # Seen from the arm, which the cross sections at both ends are square to.
@@ -77,11 +77,11 @@ def _innermost(rows: IntArray, roads: ConnectingRoads) -> IntArray:
     """Return those of some roads, by their rows, that are the shortest on the only arm of their junction, (n,)."""
     if not len(rows):
         return rows
-    _, of = np.unique(roads.junction, return_inverse=True)
+    of = unique_inverse(roads.junction)[1]
     low, high = np.full(int(of.max()) + 1, np.iinfo(np.int64).max), np.full(int(of.max()) + 1, -1)
     for end in (roads.entry, roads.exit):
         np.minimum.at(low, of, end)
         np.maximum.at(high, of, end)
     back = rows[(low == high)[of[rows]]]
     order = np.lexsort((roads.length[back], roads.junction[back]))
-    return np.sort(back[order][np.unique(roads.junction[back][order], return_index=True)[1]])
+    return np.sort(back[order][unique_first(roads.junction[back][order])[1]])

@@ -8,7 +8,16 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cubic_value, inside_outline, lengths, profile_of, project, running_lengths, sample_curves
+from osm2xodr.curves import (
+    cubic_value,
+    inside_outline,
+    lengths,
+    profile_of,
+    project,
+    running_lengths,
+    sample_curves,
+    sorted_unique,
+)
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.islands import ring_of
 from osm2xodr.model import (
@@ -57,7 +66,7 @@ def raised_islands(
         ring = area.points[:-1]
         middle = ring.mean(axis=0)
         reach = float(np.hypot(*(ring - middle).T).max()) + _REACH
-        near = np.unique(curve[tree.query_ball_point(middle, reach)])
+        near = sorted_unique(curve[tree.query_ball_point(middle, reach)])
         found = list(_on_roads(area, near, road_map, ends)) if len(near) else []
         mapped += found
         left_out += [] if found else [area.osm_id]

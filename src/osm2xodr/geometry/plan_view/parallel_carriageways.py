@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, starts
+from osm2xodr.curves import lengths, sorted_unique, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_SPACING
 from osm2xodr.geometry.lanes import Piece, cross_section
@@ -49,7 +49,7 @@ def _changed(
     first = starts([len(pieces) for pieces in fitted.pieces])
     length = lengths(fitted.plan_view)
     out = list(fitted.pieces)
-    for k in np.unique(tight.street).tolist():
+    for k in sorted_unique(tight.street).tolist():
         ends = [*(s for s, _, _ in fitted.pieces[k][1:]), float(length[k])]
         own: list[Piece] = []
         for number, (piece, end) in enumerate(zip(fitted.pieces[k], ends, strict=True), start=int(first[k])):

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from osm2xodr.curves import owners
+from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -57,7 +57,7 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
         shrunk = scale[row]
         shrunk[bad] = np.maximum(shrunk[bad] * factor, _SHORTEST)
         scale[row] = _graded(part, shrunk)
-        curves = curves[np.unique(owner[bad])]
+        curves = curves[sorted_unique(owner[bad])]
     return aside
 
 

@@ -22,7 +22,9 @@ from osm2xodr.curves import (
     replace_curves,
     sharpest_curvature,
     snap_cuts,
+    sorted_unique,
     stack_plan_views,
+    unique_first,
 )
 from osm2xodr.geometry.defaults import INNER_EDGE_RADIUS, TAPER_LENGTH
 from osm2xodr.geometry.lanes import Piece
@@ -80,7 +82,7 @@ def widen_bends(plan: PlanView, pieces: _Pieces, fixed: BoolArray) -> tuple[Plan
         # Bends stand in the order of their streets; the first of those that meet goes first.
         free = np.concatenate([[True], (street[1:] != street[:-1]) | (begin[1:] > end[:-1])])
         plan, pieces = _put_in(plan, pieces, street[free], begin[free], end[free], curves, row[free])
-    return plan, pieces, np.unique(_tight_bends(plan, pieces, reach, fixed).curve)
+    return plan, pieces, sorted_unique(_tight_bends(plan, pieces, reach, fixed).curve)
 
 
 def _tight_bends(plan: PlanView, pieces: _Pieces, reach: FloatArray, fixed: BoolArray) -> _Bends:
@@ -179,7 +181,7 @@ def _put_in(
 ) -> tuple[PlanView, _Pieces]:
     """Replace parts of streets by rows of a table of curves, and move what holds along the streets."""
     length, grown = lengths(plan), lengths(curves, row) - (end - begin)
-    changed, first = np.unique(street, return_index=True)
+    changed, first = unique_first(street)
     parts: list[tuple[float, float, int]] = []
     count = [0]
     out = list(pieces)

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import owners
+from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.reader.elements import Elements
 from osm2xodr.opendrive.reader.grammar import Role
@@ -84,7 +84,7 @@ class LaneReader:
         if values.negated:
             order = np.lexsort((-order, section))
         along, of = ids[order], section[order]
-        wrong = np.unique(of[1:][(along[1:] > along[:-1]) & (of[1:] == of[:-1])])
+        wrong = sorted_unique(of[1:][(along[1:] > along[:-1]) & (of[1:] == of[:-1])])
         for row in wrong.tolist():
             text = "the lanes do not stand from left to right; they are sorted"
             values.report("unsorted-records", elements.node(row), text)

@@ -18,6 +18,7 @@ import numpy as np
 import osmium
 
 from osm2xodr import projection
+from osm2xodr.curves import sorted_unique
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
@@ -142,7 +143,7 @@ def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dic
     if not refs:
         return {}
     wanted = np.array([ref for item in refs.values() for ref in item], np.int64)
-    nodes = read_nodes(file, np.unique(wanted))
+    nodes = read_nodes(file, sorted_unique(wanted))
     xy = np.column_stack(projection.to_local(frame, nodes.lon_deg, nodes.lat_deg))
     known = np.isin(wanted, nodes.ids)
     place = np.searchsorted(nodes.ids, wanted)

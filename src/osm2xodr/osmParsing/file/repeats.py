@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import osmium
 
+from osm2xodr.curves import unique_counts
 from osm2xodr.model import IntArray
 from osm2xodr.osmParsing.file.access import all_tags, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile
@@ -59,7 +60,7 @@ def repeated_nodes(file: OsmFile, ids: IntArray) -> dict[int, Any]:
     """Return the positions of those of some nodes (ids) that stand in a file more than once; record what differs."""
     with readable(file):
         numbers = np.fromiter((node.id for node in osmium.FileProcessor(handle(file), osmium.osm.NODE)), np.int64)
-        unique, counts = np.unique(numbers, return_counts=True)
+        unique, counts = unique_counts(numbers)
         repeated = set(np.intersect1d(unique[counts > 1], ids).tolist())
         found: dict[int, list[_Node]] = {}
         node: Any

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, runs
+from osm2xodr.curves import Table, runs, sorted_unique, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -150,7 +150,7 @@ def join_same_places(
     if not near.any():
         return lines, {}
     lowest = np.arange(len(nodes.ids))
-    pairs = np.unique(np.sort(np.column_stack([a[near], b[near]]), axis=1), axis=0)
+    pairs = unique_rows(np.sort(np.column_stack([a[near], b[near]]), axis=1)).values
     # Nodes are in ascending id: every node is led to the lowest one of its group.
     changed = True
     while changed:
@@ -176,7 +176,7 @@ def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnosti
     gap[1:] = lines.skipped[1:] & (lines.line[1:] == lines.line[:-1]) & apart
     if not gap.any():
         return lines
-    for index in np.unique(lines.way[gap]).tolist():
+    for index in sorted_unique(lines.way[gap]).tolist():
         diagnostics.repaired("absent-node", f"way/{ways[index].id}", "leaves the area and comes back, cut there")
     return _with_new_lines(lines, gap)
 
@@ -203,10 +203,10 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
     last = last - spike
     pieces = Pieces(lines.node, first, last, lines.way[first])
     keep = _topmost(pieces)
-    for index in np.unique(pieces.way[~keep]).tolist():
+    for index in sorted_unique(pieces.way[~keep]).tolist():
         words = "runs on top of another way over the same nodes and is left out there"
         diagnostics.dropped("duplicate-way", f"way/{ways[index].id}", words)
-    for index in np.unique(pieces.way[spike & keep]).tolist():
+    for index in sorted_unique(pieces.way[spike & keep]).tolist():
         diagnostics.repaired("spike", f"way/{ways[index].id}", "comes back over its nodes, the way back is left out")
     return Pieces(lines.node, first[keep], last[keep], pieces.way[keep])
 
@@ -224,18 +224,18 @@ def leave_out_crowds(pieces: Pieces, points: FloatArray, ways: Sequence[RawWay],
         row = np.repeat(rows, steps[rows])
         place = (runs(np.zeros(len(rows), np.int64), steps[rows]) + 0.5) / steps[row]
         cell = np.floor((a[row] + (b - a)[row] * place[:, None]) / _CROWD_CELL).astype(np.int64)
-        pairs, index = np.unique(np.column_stack([cell, piece[row]]), axis=0, return_inverse=True)
+        pairs, _, index, _ = unique_rows(np.column_stack([cell, piece[row]]))
         cells.append(pairs[:, :2])
         owners.append(pairs[:, 2])
-        metres.append(np.bincount(index.ravel(), (length / steps)[row]))
-    _, cell_of = np.unique(np.concatenate(cells), axis=0, return_inverse=True)
-    full = np.bincount(cell_of.ravel(), np.concatenate(metres)) > _CROWD_MAX
-    full |= np.bincount(cell_of.ravel()) > _CROWD_PIECES
+        metres.append(np.bincount(index, (length / steps)[row]))
+    cell_of = unique_rows(np.concatenate(cells)).inverse
+    full = np.bincount(cell_of, np.concatenate(metres)) > _CROWD_MAX
+    full |= np.bincount(cell_of) > _CROWD_PIECES
     if not full.any():
         return pieces
     out = np.zeros(len(pieces.first), np.bool_)
-    out[np.concatenate(owners)[full[cell_of.ravel()]]] = True
-    for index in np.unique(pieces.way[out]).tolist():
+    out[np.concatenate(owners)[full[cell_of]]] = True
+    for index in sorted_unique(pieces.way[out]).tolist():
         words = (
             f"lies where there are over {_CROWD_MAX / 1e3:g} km of streets in a square of {_CROWD_CELL:g} m, left out"
         )
@@ -264,6 +264,5 @@ def _topmost(pieces: Pieces) -> BoolArray:
     keep = np.ones(len(pieces.first), np.bool_)
     short = np.flatnonzero(pieces.last - pieces.first == 1)
     ends = np.sort(np.column_stack([pieces.node[pieces.first[short]], pieces.node[pieces.last[short]]]), axis=1)
-    _, stays = np.unique(ends, axis=0, return_index=True)
-    keep[np.delete(short, stays)] = False
+    keep[np.delete(short, unique_rows(ends).first)] = False
     return keep

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import ranks, sorted_unique
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, FloatArray, IntArray, Intersection, Street, StreetAttributes, TurnRestriction
 from osm2xodr.osmParsing.file import RawNodes
@@ -50,7 +50,7 @@ def make_streets(
     row, place = _rows(chains, pieces)
     ends = np.array([[row[a], row[b - 1]] for a, b in pairwise(place)], np.int64)
     ring = np.array([chain.ring for chain in chains], np.bool_)
-    crossing = np.unique(ends[~ring])
+    crossing = sorted_unique(ends[~ring])
     at = np.where(ring[:, None], -1, np.searchsorted(crossing, ends))
     street_points = np.ascontiguousarray(points[row])
     street_nodes = nodes.ids[row]

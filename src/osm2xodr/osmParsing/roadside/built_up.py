@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_inverse, unique_rows
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces
 from osm2xodr.osmParsing.roadside.reach import sample_lines
@@ -34,7 +35,7 @@ def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highw
     way = np.repeat(ways, counts)[lines.node]
     column, row = np.floor(lines.points / _CELL).astype(np.int64).T
     cell = column * _ROW + row
-    cells, index = np.unique(cell, return_inverse=True)
+    cells, index = unique_inverse(cell)
     counted = np.array([[highway in kinds for highway in highways] for kinds in (_RESIDENTIAL, _STREETS)], np.bool_)
     metres = np.array([np.bincount(index, lines.length * some[way], len(cells)) for some in counted])
     around = np.zeros((2, len(cells)))
@@ -62,6 +63,6 @@ def crossing_densities(
     on_way = np.isin(node_ids[pieces.node], np.array(crossed, np.int64))
     way = np.repeat(pieces.way, pieces.count)[on_way]
     # Once, where two pieces of a way share the node.
-    pairs = np.unique(np.stack([way, pieces.node[on_way]]), axis=1)
-    density: FloatArray = np.bincount(pairs[0], minlength=ways) / np.maximum(pieces.way_lengths(ways), 1e-9)
+    pairs = unique_rows(np.column_stack([way, pieces.node[on_way]])).values
+    density: FloatArray = np.bincount(pairs[:, 0], minlength=ways) / np.maximum(pieces.way_lengths(ways), 1e-9)
     return density

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
@@ -24,9 +25,9 @@ def cut_where_footways_end(
     """Cut pieces at the nodes next to where footways begin or end; `use` (n,) numbers the use of each match."""
     cuts: dict[int, set[int]] = defaultdict(set)
     points = np.concatenate([street.points for street in streets])
-    for kind in np.unique(use).tolist():
+    for kind in sorted_unique(use).tolist():
         for side in (LEFT, RIGHT):
-            hit = np.unique(matches.sample[(use == kind) & (matches.side == side)])
+            hit = sorted_unique(matches.sample[(use == kind) & (matches.side == side)])
             for piece, node in _ends(samples, points, covered(samples, hit) > 0.0):
                 cuts[piece].add(node)
     if not cuts:

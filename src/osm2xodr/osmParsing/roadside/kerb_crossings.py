@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, blocks, join_tables, ranks
+from osm2xodr.curves import Table, blocks, join_tables, ranks, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import KERB_REACH
 
@@ -80,7 +80,7 @@ def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossin
     reach = float(np.hypot(KERB_REACH, _PART))
     near = tree.sparse_distance_matrix(cKDTree(middle), reach, output_type="ndarray")
     # Several parts of a segment may lie near a station.
-    pairs = np.unique(near["i"].astype(np.int64) * len(parts) + segment[near["j"]])
+    pairs = sorted_unique(near["i"].astype(np.int64) * len(parts) + segment[near["j"]])
     at, of = pairs // len(parts), pairs % len(parts)
     same = stations.layer[at] == segments.layer[of]
     at, of = at[same], of[same]

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, starts, sum_before
+from osm2xodr.curves import owners, sorted_unique, starts, sum_before, unique_first
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, KERB_REACH, KERBS_SCATTER, MOUTH_LENGTH
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -86,7 +86,7 @@ def kerbs_along(
     used = np.flatnonzero(near & told[way] & ~_in_mouths(ways, pieces, samples, piece))
     if not len(used):
         return {}
-    layers, with_kerbs = np.zeros(len(ways), np.int64), np.unique(way[near])
+    layers, with_kerbs = np.zeros(len(ways), np.int64), sorted_unique(way[near])
     layers[with_kerbs] = [_layer(ways[index].tags) for index in with_kerbs.tolist()]
     stations = Stations(samples.points[used], samples.along[used], layers[way[used]])
     left, right = covered_edges(find_crossings(stations, outlines), len(used))
@@ -147,7 +147,7 @@ def _of_ways(points: IntArray, way: IntArray, left: FloatArray, right: FloatArra
     out: dict[int, Kerbs] = {}
     known = np.isfinite(left) | np.isfinite(right)
     order = np.flatnonzero(known)[np.argsort(way[known], kind="stable")]
-    numbers, first = np.unique(way[order], return_index=True)
+    numbers, first = unique_first(way[order])
     for number, rows in zip(numbers.tolist(), np.split(order, first[1:]) if len(first) else (), strict=True):
         least = max(_POINTS_MIN, _SHARE_MIN * float(points[number]))
         width, aside = (_agreed(values, least) for values in (left[rows] - right[rows], left[rows] + right[rows]))

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_all, unique_first
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, Footway, IntArray, LaneType, MarginSpec, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import CYCLE_TRACK_WIDTH, CYCLE_TRACK_WIDTH_BOTH, FOOTWAY_BESIDE, SIDEWALK_WIDTH
@@ -111,13 +112,13 @@ def _find_strips(
             chosen = np.flatnonzero((use == kind) & (matches.side == side))
             # Of several footways at one point the nearest.
             chosen = chosen[np.lexsort((matches.footway[chosen], matches.distance[chosen], matches.sample[chosen]))]
-            sample, first = np.unique(matches.sample[chosen], return_index=True)
+            sample, first = unique_first(matches.sample[chosen])
             chosen = chosen[first]
             cover = np.bincount(samples.piece, samples.lines.length * covered(samples, sample), len(lengths))
             piece = samples.piece[sample]
             order = np.lexsort((matches.distance[chosen], piece))
             chosen, piece = chosen[order], piece[order]
-            every, begin, count = np.unique(piece, return_index=True, return_counts=True)
+            every, begin, _, count = unique_all(piece)
             for number, start, size in np.column_stack([every, begin, count]).tolist():
                 if cover[number] < _COVER_MIN * lengths[number]:
                     continue

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import ranks, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
 
@@ -140,6 +140,5 @@ def _cells(points: FloatArray, size: float) -> IntArray:
 
 def _with_adjacent(cells: IntArray) -> IntArray:
     """Return cells and those adjacent to them, ascending."""
-    own = np.unique(cells)
-    out: IntArray = np.unique(np.concatenate([own + dx * _CELLS + dy for dx in (-1, 0, 1) for dy in (-1, 0, 1)]))
-    return out
+    own = sorted_unique(cells)
+    return sorted_unique(np.concatenate([own + dx * _CELLS + dy for dx in (-1, 0, 1) for dy in (-1, 0, 1)]))

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique, unique_all
 from osm2xodr.model import FloatArray, Footway, IntArray, RoadsideKind, RoadsideThing
 from osm2xodr.osmParsing.file import OtherWays, RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
@@ -76,7 +77,7 @@ def read_beside(
     # Nodes that are things and not on streets.
     single_ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
     single = np.searchsorted(nodes.ids, single_ids[~np.isin(single_ids, carried)])
-    asked = np.unique(np.concatenate([row, single]))
+    asked = sorted_unique(np.concatenate([row, single]))
     near = np.zeros(len(nodes.ids), np.bool_)
     near[asked] = near_streets(samples, points[asked])
     things = [_node(int(index), nodes, points, extra, country) for index in single[near[single]].tolist()]
@@ -89,7 +90,7 @@ def read_beside(
     again[1:] = (way[1:] == way[:-1]) & (points[row[1:]] == points[row[:-1]]).all(axis=1)
     row, way = row[~again], way[~again]
     ids, places = nodes.ids[row], points[row]
-    numbers, begin, count = np.unique(way, return_index=True, return_counts=True)
+    numbers, begin, _, count = unique_all(way)
     footways: list[Footway] = []
     for number, first, size in zip(numbers.tolist(), begin.tolist(), count.tolist(), strict=True):
         # A way of a single node has no extent.

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from osm2xodr.curves import unique_all
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
@@ -164,7 +165,7 @@ def _joined(pieces: list[tuple[FloatArray, IntArray]]) -> tuple[FloatArray, IntA
     """Return vertices and triangles of several meshes as those of one, vertices in the order of their first use."""
     first = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
     faces = np.concatenate([rows + at for (_, rows), at in zip(pieces, first[:-1].tolist(), strict=True)])
-    used, begin, number = np.unique(faces, return_index=True, return_inverse=True)
+    used, begin, number, _ = unique_all(faces)
     order = np.argsort(begin, kind="stable")
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order))

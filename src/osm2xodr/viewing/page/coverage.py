@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import sorted_unique
 from osm2xodr.errors import CoverageError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, Places, RoadFinder, pose
@@ -90,7 +91,7 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     source = open_osm_file(path)
     found, _ = read_ways(source, options.ways.highways, _TAGS)
     ways = [way for way in found if reason_left_out(way.tags, options.ways, options.include_private) is None]
-    nodes = read_nodes(source, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
+    nodes = read_nodes(source, sorted_unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
     points = _points(ways, nodes, frame)
     places = RoadFinder(file).find(points.x, points.y)
     if len(places.distance) and places.distance.min() > _ELSEWHERE:
@@ -179,7 +180,7 @@ def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> li
     half = 0.5 * points.weight[places.point[rows]]
     # Indices of WayCover, which leaves out ways without a length.
     kept_ways = np.full(ways, -1)
-    present = np.unique(points.way)
+    present = sorted_unique(points.way)
     kept_ways[present] = np.arange(len(present))
     order = np.lexsort((s, way, road))
     road, way, s, half = road[order], way[order], s[order], half[order]

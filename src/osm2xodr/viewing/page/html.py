@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from osm2xodr import __version__
+from osm2xodr.curves import sorted_unique
 from osm2xodr.defaults import REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
@@ -184,7 +185,7 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
         ["report by", f"osm2xodr {__version__}"],
     ]
     notes = []
-    if undrawn := len(file.roads.id) - len(np.unique(scene.strip_road)):
+    if undrawn := len(file.roads.id) - len(sorted_unique(scene.strip_road)):
         notes.append(
             f"Not drawn, for lack of a plan view, of lanes or of readable numbers: {counted(undrawn, 'road')}."
         )

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import unique_inverse, wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
@@ -185,7 +185,7 @@ def _levels(file: OpenDrive, scene: Scene, rows: IntArray) -> FloatArray:
     height, junction = _heights(scene)[rows], file.roads.junction[scene.strip_road[rows]]
     within = np.flatnonzero(junction >= 0)
     if len(within):
-        _, of = np.unique(junction[within], return_inverse=True)
+        of = unique_inverse(junction[within])[1]
         height[within] = (np.bincount(of, height[within]) / np.bincount(of))[of]
     return height
 
