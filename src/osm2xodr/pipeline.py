@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from osm2xodr.batch import ElementPlaces, Layout, Layouts
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, owners, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
 from osm2xodr.geometry import (
@@ -248,7 +248,7 @@ def _judge_coverage(
         return
     from osm2xodr.surface import judge_coverage
 
-    road = np.repeat(np.arange(len(road_map.roads)), np.diff(found.start))
+    road = owners(found.start)
     ends = [pose(road_map.plan_view, road, s)[:2] for s in (found.begin, found.end)]
     places = to_geographic(road_map.frame, *(np.concatenate(column) for column in zip(*ends, strict=True)))
     length = found.total(lengths(road_map.plan_view))

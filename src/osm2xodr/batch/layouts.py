@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from osm2xodr.curves import inside_outline
+from osm2xodr.curves import inside_outline, repeated
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import FloatArray, IntArray, Outline, Partition, RoadMap, Surface
 
@@ -28,7 +28,7 @@ class ElementPlaces:
     @classmethod
     def of(cls, places: dict[str, FloatArray]) -> ElementPlaces:
         """Return the places (n, 2) of elements."""
-        element = np.repeat(np.arange(len(places)), [len(xy) for xy in places.values()])
+        element = repeated([len(xy) for xy in places.values()])
         return cls(tuple(places), element, np.concatenate([np.zeros((0, 2)), *places.values()]))
 
     def outside(self, outline: Outline) -> set[str]:

@@ -9,6 +9,7 @@ from typing import TypeAlias, TypedDict
 import numpy as np
 
 from osm2xodr.checking.rules import RULES, Rule, Severity
+from osm2xodr.curves import repeated
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 
@@ -150,7 +151,7 @@ class Findings:
         """Return the worst findings of one rule, each with its rank."""
         names = ("road", "lane", "s", "value", "line")
         road, lane, s, value, line = (np.concatenate([getattr(batch, name) for batch in batches]) for name in names)
-        batch_of = np.repeat(np.arange(len(batches)), [len(batch.road) for batch in batches])
+        batch_of = repeated([len(batch.road) for batch in batches])
         row = np.concatenate([np.arange(len(batch.road)) for batch in batches])
         severity, excess = _severities(rule, value), _excess(rule, value)
         order = np.lexsort((line, -excess, -severity))

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import defaults
+from osm2xodr.curves import starts
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
 
@@ -103,7 +104,7 @@ def places_on_streets(streets: Sequence[Street], nodes: Iterable[int]) -> list[t
     wanted = np.array(sorted(set(nodes)), np.int64)
     if not len(wanted):
         return []
-    start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
+    start = starts([len(street.node_ids) for street in streets])
     every = np.concatenate([street.node_ids for street in streets])
     rows = np.flatnonzero(np.isin(every, wanted))
     owner = np.searchsorted(start, rows, side="right") - 1

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.plan_views import find_record
-from osm2xodr.curves.ragged import blocks, ranks, starts
+from osm2xodr.curves.ragged import blocks, ranks, repeated, starts
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 _COLUMNS: Final = ("s", "a", "b", "c", "d")
@@ -76,7 +76,7 @@ def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, e
     low[has] = find_record(profile.start, profile.s, curve[has], begin[has] + _SHORTEST_RECORD)
     high = find_record(profile.start, profile.s, curve[has], end[has] - _SHORTEST_RECORD)
     count[has] = np.maximum(high - low[has], 0) + 1
-    part = np.repeat(np.arange(len(curve)), count)
+    part = repeated(count)
     rank = ranks(count)
     k = low[part] + rank
     s, a, b, c, d = (getattr(profile, name)[k] for name in _COLUMNS)

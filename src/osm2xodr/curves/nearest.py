@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves.plan_views import advance, places_along, pose
-from osm2xodr.curves.ragged import blocks, runs, sorted_unique, unique_first
+from osm2xodr.curves.ragged import blocks, repeated, runs, sorted_unique, starts, unique_first
 from osm2xodr.curves.spirals import nearest_on_spirals
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -56,7 +56,7 @@ def _project(
 def _records_near(plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the records of each point's curve that may be nearest to it: indices of points and records."""
     count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
-    owner = np.repeat(np.arange(len(curve)), count)
+    owner = repeated(count)
     record = runs(plan.start[curve], count)
     if len(owner) == len(curve):
         return owner, record
@@ -65,7 +65,7 @@ def _records_near(plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray)
     start = np.hypot(x[owner] - plan.x[record], y[owner] - plan.y[record])
     least, goes_on = start - plan.length[record], owner[1:] == owner[:-1]
     least[:-1][goes_on] = 0.5 * (least[:-1] + start[1:])[goes_on]
-    nearest = np.minimum.reduceat(start, np.cumsum(count) - count)
+    nearest = np.minimum.reduceat(start, starts(count)[:-1])
     near = np.flatnonzero(least <= nearest[owner] + _GAP)
     return owner[near], record[near]
 
@@ -124,7 +124,7 @@ class CurveFinder:
         found: Any = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
         curves = len(self._plan.start)
         sample = np.fromiter(chain.from_iterable(found), np.int64)
-        pair = np.repeat(np.arange(len(x)), [len(rows) for rows in found]) * curves + self._curve[sample]
+        pair = repeated([len(rows) for rows in found]) * curves + self._curve[sample]
         point, curve = np.divmod(sorted_unique(pair), curves)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach

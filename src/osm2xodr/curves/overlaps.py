@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import blocks, ranks, runs, sorted_unique
+from osm2xodr.curves.ragged import blocks, ranks, repeated, runs, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Size of the grid's cells, m: a few times that of a piece of a carriageway.
@@ -89,7 +89,7 @@ def _cells(box: FloatArray, probe: BoolArray) -> Iterator[tuple[IntArray, IntArr
         first, wide = (column.astype(np.int64) for column in _columns(west[at], east[at], x))
         bottom = np.maximum(low[at], begin)
         count = wide * (np.minimum(high[at], end - 1.0) - bottom + 1.0).astype(np.int64)
-        of = np.repeat(np.arange(len(at)), count)
+        of = repeated(count)
         row, column = np.divmod(ranks(count), wide[of])
         cell = (row + bottom.astype(np.int64)[of]) * stride + column + first[of]
         quad = at[of]

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import ROWS_AT_ONCE, blocks, owners, ranks, runs, starts
+from osm2xodr.curves.ragged import ROWS_AT_ONCE, blocks, owners, ranks, repeated, runs, starts
 from osm2xodr.curves.spirals import chords
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -274,7 +274,7 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     """
     which = np.asarray(curve, np.int64)
     count = plan.start[which + 1] - plan.start[which]
-    part = np.repeat(np.arange(len(which)), count)
+    part = repeated(count)
     k = runs(plan.start[which], count)
     begin = np.maximum(plan.s[k], lo[part])
     end = np.minimum(plan.s[k] + plan.length[k], hi[part])

@@ -31,7 +31,7 @@ def owners(start: IntArray) -> IntArray:
 
 def repeated(count: IntArray | Sequence[int]) -> IntArray:
     """Return the group that each row belongs to, by the groups' sizes, (groups,)."""
-    return np.repeat(np.arange(len(count)), count)
+    return np.repeat(np.arange(len(count)), np.asarray(count, np.int64))
 
 
 def ranks(count: IntArray) -> IntArray:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, runs
+from osm2xodr.curves import owners, repeated, runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, lane_ribbons, points_beside, sample_roads
@@ -98,7 +98,7 @@ def _corners(file: OpenDrive, ribbons: Ribbons) -> tuple[IntArray, IntArray, Int
     lanes = np.flatnonzero(ribbons.left != ABSENT)
     borders = np.column_stack([ribbons.left[lanes], ribbons.right[lanes]]).ravel()
     count = ribbons.start[borders + 1] - ribbons.start[borders]
-    row = np.repeat(np.arange(len(borders)), count)
+    row = repeated(count)
     point = runs(ribbons.start[borders], count)
     return np.repeat(lanes, 2)[row], row % 2, point
 

@@ -15,7 +15,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, heading_change, lengths, pose, ranks, sorted_unique
+from osm2xodr.curves import Table, heading_change, lengths, pose, ranks, repeated, sorted_unique
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -80,7 +80,7 @@ class _Places(Table):
         """Return places on some connecting roads, from end to end."""
         length = lengths(connecting.plan_view, rows)
         count = np.maximum((length / _SPACING).astype(np.int64), 2) + 1
-        of = np.repeat(np.arange(len(rows)), count)
+        of = repeated(count)
         share = ranks(count) / (count - 1)[of]
         x, y, hdg = pose(connecting.plan_view, rows[of], share * length[of])
         # Bicycle lanes that join cars widen in their last metres only.

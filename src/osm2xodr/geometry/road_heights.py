@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, pose, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
@@ -60,7 +60,7 @@ def build_profile_problem(
         end_junction=parts.end_junction,
         end_link=parts.end_link,
         junction_xy=xy,
-        span_start=np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
+        span_start=starts(count),
         span_s=np.array([s for s, _ in spans]),
         span_structure=np.array([a.structure.value for _, a in spans], np.int64),
         span_layer=np.array([a.layer for _, a in spans], np.int64),
@@ -287,7 +287,7 @@ def _junction_at(
 def _nodes(network: StreetNetwork, wanted: Iterable[int]) -> list[tuple[Street, int]]:
     """Return the streets that pass wanted nodes, and the places of these among their nodes."""
     count = np.array([len(item.node_ids) for item in network.streets], np.int64)
-    first = np.cumsum(count) - count
+    first = starts(count)[:-1]
     every = np.concatenate([np.zeros(0, np.int64), *(item.node_ids for item in network.streets)])
     found = np.flatnonzero(np.isin(every, np.array(list(wanted), np.int64)))
     owner = np.searchsorted(first, found, side="right") - 1

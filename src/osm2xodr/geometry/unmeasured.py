@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, ranks
+from osm2xodr.curves import lengths, pose, ranks, repeated
 from osm2xodr.model import RoadMap, Stretches, Surface
 
 # Distance of the places along a road that are looked up, m: a fraction of the cells of most elevation models.
@@ -24,7 +24,7 @@ def mark_unmeasured(road_map: RoadMap, surface: Surface) -> RoadMap:
     plan = road_map.plan_view
     length = lengths(plan)
     count = np.ceil(length / _STEP).astype(np.int64) + 1
-    road = np.repeat(np.arange(len(length)), count)
+    road = repeated(count)
     share = ranks(count) / np.maximum(count - 1, 1)[road]
     s = share * length[road]
     x, y, _ = pose(plan, road, s)

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.viewing import colours
@@ -48,7 +49,7 @@ class Mode:
 
 def lane_speeds(file: OpenDrive, scene: Scene) -> FloatArray:
     """Return the speed limit of each lane of a scene, (lanes,), km/h: its own, or that of the road at mid-strip."""
-    strip_of_lane = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start))
+    strip_of_lane = owners(scene.lane_start)
     row = _type_rows(file, scene)[strip_of_lane]
     road_speed = np.full(len(row), np.nan)
     road_speed[row >= 0] = file.types.speed[row[row >= 0]]

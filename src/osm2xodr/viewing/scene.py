@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import repeated, runs, starts
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 
@@ -52,12 +52,12 @@ class Scene:
     @property
     def border_start(self) -> IntArray:
         """Where the borders of each strip begin, and those of the last one end."""
-        return np.concatenate(([0], np.cumsum(self.strip_stations * self.strip_borders)))
+        return starts(self.strip_stations * self.strip_borders)
 
     @property
     def station_strip(self) -> IntArray:
         """Strip of each station."""
-        return np.repeat(np.arange(len(self.strip_road)), self.strip_stations)
+        return repeated(self.strip_stations)
 
     @property
     def station_road(self) -> IntArray:
@@ -66,7 +66,7 @@ class Scene:
 
     def border_station(self) -> IntArray:
         """Return the station of each border."""
-        return np.repeat(np.arange(len(self.s)), self.strip_borders[self.station_strip])
+        return repeated(self.strip_borders[self.station_strip])
 
     def border_places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y, z of the borders, m."""
@@ -89,8 +89,8 @@ class Scene:
         return replace(
             self,
             # Where the rows of each strip begin, and those of the last one end.
-            station_start=np.concatenate(([0], np.cumsum(self.strip_stations[strips]))),
-            lane_start=np.concatenate(([0], np.cumsum(np.diff(self.lane_start)[strips]))),
+            station_start=starts(self.strip_stations[strips]),
+            lane_start=starts(np.diff(self.lane_start)[strips]),
             **{name: getattr(self, name)[rows] for names, rows in parts.items() for name in names},
         )
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, runs
+from osm2xodr.curves import ranks, repeated, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import (
     ABSENT,
@@ -126,7 +126,7 @@ def _lanes(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray, IntA
     ids = file.lanes.id
     first, last = file.lanes.start[section], file.lanes.start[section + 1]
     row = runs(first, last - first)
-    strip = np.repeat(np.arange(len(section)), last - first)
+    strip = repeated(last - first)
     kept = (ids[row] != 0) & (ids[row] != ABSENT)
     row, strip = row[kept], strip[kept]
     lane_start = np.searchsorted(strip, np.arange(len(section) + 1)).astype(np.int64)
@@ -145,15 +145,15 @@ def _borders(
     road: IntArray,
 ) -> FloatArray:
     """Return t of all borders: strip after strip, station after station, from left to right."""
-    border_start = np.concatenate(([0], np.cumsum(np.diff(station_start) * (np.diff(lane_start) + 1))))
+    border_start = starts(np.diff(station_start) * (np.diff(lane_start) + 1))
     out = np.empty(int(border_start[-1]))
     first = 0
     while first < len(lane_start) - 1:
         last = max(first + 1, int(np.searchsorted(border_start, border_start[first] + _BLOCK, "right")) - 1)
         rows = slice(int(station_start[first]), int(station_start[last]))
-        starts = station_start[first : last + 1] - rows.start, lane_start[first : last + 1]
+        begins = station_start[first : last + 1] - rows.start, lane_start[first : last + 1]
         out[border_start[first] : border_start[last]] = _borders_of_strips(
-            file, s[rows], is_end[rows], *starts, lane, left_lanes[first:last], road[rows]
+            file, s[rows], is_end[rows], *begins, lane, left_lanes[first:last], road[rows]
         )
         first = last
     return out
@@ -172,8 +172,8 @@ def _borders_of_strips(
     """Return t of all borders of some strips, as `_borders` does."""
     stations, lanes = np.diff(station_start), np.diff(lane_start)
     borders = np.repeat(lanes + 1, stations)
-    strip = np.repeat(np.arange(len(lanes)), stations)
-    station, rank = np.repeat(np.arange(len(s)), borders), ranks(borders)
+    strip = repeated(stations)
+    station, rank = repeated(borders), ranks(borders)
     left = left_lanes[strip[station]]
     out = np.empty(len(station))
     centre = rank == left

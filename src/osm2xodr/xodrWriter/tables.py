@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature
+from osm2xodr.curves import end_curvature, starts
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
 from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
@@ -54,7 +54,7 @@ def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first:
     """
     start = profile.start[first : last + 1] - profile.start[first]
     table = np.column_stack(_cubic_columns(profile, lengths, first, last))
-    before = np.concatenate([[0], np.cumsum(table[:, 1:].any(axis=1))])
+    before = starts(table[:, 1:].any(axis=1))
     written = np.diff(before[start]) > 0
     counts = np.diff(start)
     values = table[np.repeat(written, counts)].ravel()

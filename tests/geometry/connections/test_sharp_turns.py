@@ -149,8 +149,8 @@ def test_turns_do_not_swing_out_of_the_carriageways(off: float, radius: float) -
 def test_ways_there_and_back_join_the_same_arms() -> None:
     ways, _ = turned_right(3.2, 8.0, 4.0)
     assert [item.tolist() for item in ways.there_and_back()] == [[0], [1]]
-    assert [item.tolist() for item in ways.at_rows(np.array([1])).there_and_back()] == [[], []]
-    three = ways.joined(ways.at_rows(np.array([1])))
+    assert [item.tolist() for item in ways.chosen(np.array([1])).there_and_back()] == [[], []]
+    three = ways.joined(ways.chosen(np.array([1])))
     assert [item.tolist() for item in three.there_and_back()] == [[0, 0], [1, 2]]
     shared = replace(ways, lane_type=(LaneType.BIDIRECTIONAL, LaneType.DRIVING))
     assert [item.tolist() for item in shared.there_and_back()] == [[], []]

@@ -24,7 +24,7 @@ from osm2xodr.batch.cutting.streets import (
     only,
 )
 from osm2xodr.batch.model import CutRequest
-from osm2xodr.curves import distance_to_outline, ranks, runs, sorted_unique, unique_inverse
+from osm2xodr.curves import distance_to_outline, ranks, repeated, runs, sorted_unique, unique_inverse
 from osm2xodr.defaults import OUTLINE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
 
@@ -304,7 +304,7 @@ def _with_relations(plan: Plan, ways: IntArray) -> tuple[IntArray, IntArray]:
     more = np.setdiff1d(_among(members.way, ways), hit)
     held = np.isin(members.ways[_ranges(members.first_way, more)], ways)
     count = np.diff(members.first_way)[more]
-    missing = np.bincount(np.repeat(np.arange(len(more)), count)[~held], minlength=len(more))
+    missing = np.bincount(repeated(count)[~held], minlength=len(more))
     return ways, np.union1d(hit, more[missing == 0])
 
 
@@ -331,6 +331,6 @@ def _make_members(source: Source, relations: BoolArray, among: BoolArray) -> Mem
 def _present(ids: IntArray, members: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
     """Return the members that are among the ids, as indices of these, and the list that each is from."""
     number = np.concatenate([np.zeros(0, np.int64), *members])
-    owner = np.repeat(np.arange(len(members)), [len(refs) for refs in members])
+    owner = repeated([len(refs) for refs in members])
     present = np.isin(number, ids)
     return np.searchsorted(ids, number[present]), owner[present]

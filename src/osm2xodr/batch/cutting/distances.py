@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import outline_bounds, ranks, sorted_unique
+from osm2xodr.curves import outline_bounds, ranks, repeated, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Length of the parts that long segments are divided into, m, and the largest number of them.
@@ -70,7 +70,7 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
         return out
     length = np.hypot(*(end - start).T)
     parts = np.clip(np.ceil(length / _PART), 1, _PARTS_MAX).astype(np.int64)
-    segment = np.repeat(np.arange(len(start)), parts)
+    segment = repeated(parts)
     share = ((ranks(parts) + 0.5) / parts[segment])[:, None]
     middle = start[segment] + share * (end[segment] - start[segment])
     for index, found in enumerate(cKDTree(middle).query_ball_point(places, reach + 0.5 * _PART)):

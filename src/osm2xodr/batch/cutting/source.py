@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import osmium
 
+from osm2xodr.curves import repeated, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 from osm2xodr.osmParsing import (
     AREA_TYPE,
@@ -322,6 +323,6 @@ def _rows(ids: IntArray, refs: IntArray, lengths: IntArray) -> tuple[IntArray, I
     row = np.searchsorted(ids, refs)
     row[row == len(ids)] = 0
     present = ids[row] == refs if len(ids) else np.zeros(len(refs), np.bool_)
-    way = np.repeat(np.arange(len(lengths)), lengths)
+    way = repeated(lengths)
     count = np.bincount(way[present], minlength=len(lengths))
-    return np.concatenate([[0], np.cumsum(count)]), row[present]
+    return starts(count), row[present]

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.batch.cutting.source import Source
-from osm2xodr.curves import ranks, runs, sorted_unique
+from osm2xodr.curves import owners, ranks, repeated, runs, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 
 # Side of the cells of the index, degrees: about 1 km, so that most ways are in one or two of them.
@@ -64,7 +64,7 @@ class Cells:
 def make_segments(source: Source) -> Segments:
     """Return the segments of all ways; those that are no current version have none."""
     count = np.diff(source.first)
-    way = np.repeat(np.arange(len(count)), count)
+    way = repeated(count)
     follows = (way[1:] == way[:-1]) & (source.row[1:] != source.row[:-1]) & source.way_current[way[1:]]
     at = np.flatnonzero(follows)
     first = np.searchsorted(way[at], np.arange(len(count) + 1))
@@ -73,7 +73,7 @@ def make_segments(source: Source) -> Segments:
 
 def make_streets(source: Source, segments: Segments, driven: BoolArray) -> Streets:
     """Join the `driven` ways (ways,) to streets."""
-    way = np.repeat(np.arange(len(driven)), np.diff(segments.first))
+    way = owners(segments.first)
     kept = np.flatnonzero(driven[way])
     way, start, end = way[kept], segments.start[kept], segments.end[kept]
     nodes = len(source.node_ids)
@@ -114,7 +114,7 @@ def make_way_cells(source: Source, segments: Segments) -> Cells:
     """Return the cells of ways: all that their segments may run through."""
     # Ways of a single node have a segment from it to itself.
     alone = np.flatnonzero((np.diff(segments.first) == 0) & (np.diff(source.first) > 0) & source.way_current)
-    way = np.concatenate([np.repeat(np.arange(len(source.way_ids)), np.diff(segments.first)), alone])
+    way = np.concatenate([owners(segments.first), alone])
     single = source.row[source.first[alone]]
     column, row = _cell(*source.degrees())
     start, end = np.concatenate([segments.start, single]), np.concatenate([segments.end, single])
@@ -126,7 +126,7 @@ def make_way_cells(source: Source, segments: Segments) -> Cells:
     everywhere = sorted_unique(way[long])
     way, west, south, wide, cells = (item[~long] for item in (way, west, south, wide, cells))
     step = ranks(cells)
-    again = np.repeat(np.arange(len(way)), cells)
+    again = repeated(cells)
     keys = (south[again] + step // wide[again]) * _COLUMNS + west[again] + step % wide[again]
     return _unique_cells(keys, way[again], everywhere)
 
@@ -170,7 +170,7 @@ def find_in_boxes(cells: Cells, boxes_deg: FloatArray) -> IntArray:
         left, low = _cell(here[:, 0], np.maximum(here[:, 1], -90.0))
         right, high = _cell(here[:, 2], np.minimum(here[:, 3], 90.0))
         tall = np.maximum(high - low + 1, 0)
-        box = np.repeat(np.arange(len(here)), tall)
+        box = repeated(tall)
         line = runs(low, tall) * _COLUMNS
         first = np.searchsorted(cells.keys, line + left[box])
         last = np.searchsorted(cells.keys, line + right[box], side="right")

@@ -15,7 +15,7 @@ import osmium
 
 from osm2xodr.batch.cutting.choice import Choice
 from osm2xodr.batch.cutting.source import Source, nodes_of, ways_and_relations_of, without_roads
-from osm2xodr.curves import unique_first
+from osm2xodr.curves import repeated, unique_first
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.model import IntArray
 from osm2xodr.osmParsing import close_writer, readable
@@ -47,7 +47,7 @@ class _Users:
 
     def __init__(self, wanted: Sequence[IntArray]) -> None:
         key = np.concatenate([np.zeros(0, np.int64), *wanted])
-        target = np.repeat(np.arange(len(wanted)), [len(one) for one in wanted])
+        target = repeated([len(one) for one in wanted])
         order = np.argsort(key, kind="stable")
         self.keys, first = unique_first(key[order])
         # Memory views give Python's own numbers, several times faster than arrays do.

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.checking.rules import RULES
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import owners, repeated, wrapped
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import End, Furniture, OpenDrive, pose
 
@@ -19,11 +19,6 @@ def above(rule: str, value: FloatArray) -> BoolArray:
     limit = RULES[rule].limit
     assert limit is not None
     return np.asarray(np.nan_to_num(value, nan=-np.inf) > limit.value)
-
-
-def owners(start: IntArray) -> IntArray:
-    """Return the index of each row's owner, from where the rows of each owner start."""
-    return np.repeat(np.arange(len(start) - 1), np.diff(start))
 
 
 def first_rows(start: IntArray) -> IntArray:
@@ -83,7 +78,7 @@ def worst_of(group: IntArray, value: FloatArray) -> IntArray:
     largest = np.repeat(np.fmax.reduceat(sorted_, begin), size)
     # Of groups whose values are all unknown the first row.
     best = np.flatnonzero((sorted_ == largest) | np.isnan(largest))
-    of = np.repeat(np.arange(len(begin)), size)[best]
+    of = repeated(size)[best]
     return np.asarray(order[best[np.diff(of, prepend=-1) > 0]], np.int64)
 
 

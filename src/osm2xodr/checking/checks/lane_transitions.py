@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import end_station, owners
+from osm2xodr.checking.checks.common import end_station
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.checks.references import ENDS, connection_name
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import Table
+from osm2xodr.curves import Table, owners
 from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, pose
 

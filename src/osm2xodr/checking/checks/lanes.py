@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, first_rows, followers, owners, road_place, worst_of
+from osm2xodr.checking.checks.common import above, first_rows, followers, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings, Place
-from osm2xodr.curves import runs, sorted_unique
+from osm2xodr.curves import owners, repeated, runs, sorted_unique
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Shape, curvature, lane_borders, section_at
@@ -113,7 +113,7 @@ def _check_bent(drive: OpenDrive, lanes: LaneIndex, findings: Findings, bent: In
     kept = np.flatnonzero((np.abs(np.nan_to_num(bend)) > _STRAIGHT) & (section != ABSENT))
     s, bend, section, record = s[kept], bend[kept], section[kept], record[kept]
     count = np.diff(table.start)[section]
-    place = np.repeat(np.arange(len(section)), count)
+    place = repeated(count)
     lane = runs(table.start[section], count)
     # Only lanes on the inner side of a curve can fold, but any lane can be tight.
     inner, outer = lane_borders(drive, lane, s[place])

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, owners, record_poses, road_place
+from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, record_poses, road_place
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.checking.rules import RULES
+from osm2xodr.curves import owners
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, Shape, record_lengths
 

@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import (
-    above,
-    degrees,
-    first_rows,
-    followers,
-    owners,
-    record_ends,
-    spans,
-    worst_of,
-)
+from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, record_ends, spans, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings, Place
+from osm2xodr.curves import owners
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 

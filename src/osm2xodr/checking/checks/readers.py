@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import above, add_furniture, owners, road_place
+from osm2xodr.checking.checks.common import above, add_furniture, road_place
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import sorted_unique
+from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import counted
 from osm2xodr.opendrive import OpenDrive

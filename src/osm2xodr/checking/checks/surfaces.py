@@ -12,7 +12,7 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import Table, join_tables, ranks, runs, sorted_unique, unique_all
+from osm2xodr.curves import Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 from osm2xodr.system import available_jobs, map_parallel
@@ -273,7 +273,7 @@ def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
     left, low, right, high = (bound[begin] for bound in bounds)
     across = high - low + 1
     count = (right - left + 1) * across
-    run, rank = np.repeat(np.arange(len(begin)), count), ranks(count)
+    run, rank = repeated(count), ranks(count)
     # Lines count from one far below, so that keys tell columns.
     key = (left[run] + rank // across[run]) * _CELLS + (_CELLS // 2 + low[run] + rank % across[run])
     columns = (ways.road[at[begin]], ways.k[at[begin]], ways.k[at[end]])

@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import heading_at, lengths
+from osm2xodr.curves import heading_at, lengths, repeated, starts
 from osm2xodr.furniture.lights.heads import THROUGH, Head, turn_of
 from osm2xodr.furniture.world import Approach, Movement, World, points_beside
 from osm2xodr.model import VEHICLE_LANES, BoolArray, Controller, FloatArray, IntArray
@@ -63,7 +63,7 @@ class Phases:
     def conflicts(self, heads: Sequence[int]) -> BoolArray:
         """Return which of n heads conflict, (n, n)."""
         rows = [row for k in heads for row in self._of_head[k]]
-        owner = np.repeat(np.arange(len(heads)), [len(self._of_head[k]) for k in heads])
+        owner = repeated([len(self._of_head[k]) for k in heads])
         one, other = np.nonzero(self._meeting(rows))
         out = np.zeros((len(heads), len(heads)), bool)
         out[owner[one], owner[other]] = True
@@ -90,7 +90,7 @@ class Phases:
         number = {key: k for k, key in enumerate(dict.fromkeys(exits))}
         exit_ = np.array([number[key] for key in exits], np.int64)
         points = np.concatenate([np.arange(self._first[row], self._first[row + 1]) for row in rows])
-        first = np.concatenate([[0], np.cumsum([self._first[row + 1] - self._first[row] for row in rows])])
+        first = starts([self._first[row + 1] - self._first[row] for row in rows])
         x, y = self._x[points], self._y[points]
         nearest = np.empty((len(rows), len(rows)))
         # One movement after the other: all distances of a large junction at once would take too much memory.
@@ -157,8 +157,8 @@ def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, Float
     curve = np.array([world.lanes.index(item.connecting_road) for item in movements], np.int64)
     length = lengths(world.road_map.plan_view, curve)
     steps = np.maximum(np.ceil(length / _PATH_STEP), 1).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(steps + 1)]).astype(np.int64)
-    owner = np.repeat(np.arange(len(movements)), steps + 1)
+    first = starts(steps + 1)
+    owner = repeated(steps + 1)
     share = (np.arange(first[-1]) - first[owner]) / steps[owner]
     # The widths of lanes through a junction change linearly.
     ends = np.array([_middles(world, item) for item in movements], float).reshape(-1, 2)

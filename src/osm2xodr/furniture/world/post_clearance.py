@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks, sorted_unique
+from osm2xodr.curves import CurveFinder, cubic_value, lengths, owners, pose, ranks, sorted_unique
 from osm2xodr.furniture.world.world import World, points_beside, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -82,7 +82,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     column = np.floor(x / _CELL).astype(np.int64)[:, None] + np.repeat(step, 3)
     row = np.floor(y / _CELL).astype(np.int64)[:, None] + np.tile(step, 3)
     cells = sorted_unique(column * _COLUMNS + row)
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     # Samples that are at most half a cell apart.
     parts = np.maximum(np.ceil(plan.length / (0.5 * _CELL)).astype(np.int64), 1)
     curve = np.repeat(owner, parts)

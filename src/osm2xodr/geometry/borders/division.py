@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import area_at, area_bounds, lengths, places_along, pose, snap_cuts
+from osm2xodr.curves import area_at, area_bounds, lengths, owners, places_along, pose, snap_cuts, starts
 from osm2xodr.geometry.borders import defaults
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 
@@ -44,7 +44,7 @@ def find_borders(
     area = area_at(partition, x, y, box)
     junction_area = area_at(partition, junction_xy[:, 0], junction_xy[:, 1], box)
     at_end = np.where(end_junction >= 0, np.append(junction_area, -1)[end_junction], _NO_JUNCTION)
-    first = np.cumsum(count) - count
+    first = starts(count)[:-1]
     known = np.where(at_end == _NO_JUNCTION, area[first, None], at_end)
     lowest = np.minimum(np.minimum.reduceat(area, first), known.min(axis=1))
     highest = np.maximum(np.maximum.reduceat(area, first), known.max(axis=1))
@@ -54,8 +54,8 @@ def find_borders(
         part = slice(int(first[k]), int(first[k] + count[k]))
         line = _Line(partition, box, plan_view, k, float(length[k]), at_end[k].tolist())
         found[k], areas[k] = line.pieces(s[part])
-    start = np.concatenate([[0], np.cumsum([len(item) for item in found])]).astype(np.int64)
-    of_road = np.repeat(np.arange(len(length)), np.diff(start))
+    start = starts([len(item) for item in found])
+    of_road = owners(start)
     begin = snap_cuts(plan_view, of_road, np.concatenate(found))
     return Borders(partition, start, begin, np.concatenate(areas), junction_area)
 

@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     cubic_slope,
     cubic_value,
     distance_to_outline,
+    owners,
     places_along,
     pose,
     sorted_unique,
@@ -70,7 +71,7 @@ def with_border_heights(
     is that of `Neighbourhood`; `diagnostics` gets a note for each border that no elevation model reaches.
     """
     together = np.array(borders.partition.together())
-    road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
+    road = owners(borders.piece_start)
     cut = np.flatnonzero(road[1:] == road[:-1]) + 1
     before, after = borders.piece_area[cut - 1], borders.piece_area[cut]
     own_first = np.isin(before, together)

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, sorted_unique
+from osm2xodr.curves import lengths, owners, sorted_unique
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.geometry.defaults import SHORTEST_NAME
 from osm2xodr.model import Borders, Partition, RoadLink, RoadMap, RoadName
@@ -54,7 +54,7 @@ class Pieces:
         ]
         self._next = self._first = self.partition.first_ids[own]
         self._of: dict[int, list[Piece]] = {}
-        of = np.repeat(np.arange(outside), np.diff(borders.piece_start))
+        of = owners(borders.piece_start)
         through = outside + np.flatnonzero(np.array(self._through, np.int64) == own)
         here = np.concatenate([sorted_unique(of[borders.piece_area == own]), through])
         self.kept = [piece for k in here.tolist() for piece in self._pieces(k) if piece.id]

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, owners, pose
 from osm2xodr.geometry.borders.pieces import Pieces
 from osm2xodr.geometry.heights import tolerated_grade
 from osm2xodr.model import (
@@ -92,7 +92,7 @@ def _is_for_people(road: Road) -> bool:
 
 def _steepest(profile: CubicProfile, length: FloatArray, wanted: BoolArray) -> float:
     """Return the largest magnitude of the slope of some curves, (curves,)."""
-    owner = np.repeat(np.arange(len(length)), np.diff(profile.start))
+    owner = owners(profile.start)
     last = np.append(owner[1:] != owner[:-1], True)
     span = np.where(last, length[owner], np.append(profile.s[1:], 0.0)) - profile.s
     # The slope is a parabola; where its vertex lies within the record it may be largest.

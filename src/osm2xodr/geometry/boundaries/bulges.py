@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, ranks, runs, starts, unique_first, unique_inverse, unique_rows
+from osm2xodr.curves import owners, ranks, repeated, runs, starts, unique_first, unique_inverse, unique_rows
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.corners import Pieces, first_edges
@@ -62,7 +62,7 @@ def _outside(arms: Arms, group: IntArray, of_edge: IntArray, edges: Edges, piece
     first = starts(np.bincount(of_ring, minlength=int(group.max()) + 1))
     length = edges.length[np.arange(len(of_edge)) // 2]
     number = np.maximum(np.ceil(length / defaults.BULGE_SPACING).astype(np.int64), defaults.BULGE_PLACES)
-    edge = np.repeat(np.arange(len(of_edge)), number)
+    edge = repeated(number)
     place = edges.at(edge, (ranks(number) + 0.5) / number[edge] * length[edge], defaults.BULGE_LEAST)
     junction, out = of_edge[edge], np.zeros(len(of_edge), bool)
     count = np.diff(first)[junction]

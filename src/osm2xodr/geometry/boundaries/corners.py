@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import ranks, unique_first
+from osm2xodr.curves import ranks, repeated, unique_first
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.edges import Edges, edge_lines
@@ -72,7 +72,7 @@ def find_pieces(arms: Arms, edges: Edges) -> Pieces:
     leave, join, gap = np.zeros((3, len(first)))
     leave[split], join[split], gap[split] = _meetings(first[split], second[split], edges)
     count = np.where(along, 1, 2)
-    arm = np.repeat(np.arange(len(first)), count)
+    arm = repeated(count)
     last = ranks(count) > 0
     edge = np.where(last, second[arm], first[arm])
     length = edges.length[edge // 2]

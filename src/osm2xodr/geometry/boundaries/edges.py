@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths, owners, pose, profile_of, ranks, runs, starts
+from osm2xodr.curves import cubic_value, lengths, owners, pose, profile_of, ranks, repeated, runs, starts
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.lines import Lines
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, RoadMap
@@ -54,7 +54,7 @@ class Edges:
         """Return x, y (n, 2) at s of edges (n,), or so far inside of them, m."""
         row, left = edge // 2, edge % 2
         road, count = self.road[row], np.diff(self.start)[row]
-        owner, lane = np.repeat(np.arange(len(row)), count), runs(self.start[row], count)
+        owner, lane = repeated(count), runs(self.start[row], count)
         beyond = np.flatnonzero(self.right[lane] == left[owner])
         owner, lane = owner[beyond], lane[beyond]
         wide = np.bincount(owner, cubic_value(self.widths, lane, s[owner]), len(row)) - inwards

@@ -22,6 +22,7 @@ from osm2xodr.curves import (
     lengths,
     pose,
     ranks,
+    repeated,
     replace_curves,
     smallest_radius,
     unique_inverse,
@@ -130,7 +131,7 @@ class Carriageways:
         legs = np.column_stack([paths.curve, np.minimum(paths.s_from, paths.s_to), np.abs(paths.s_to - paths.s_from)])
         legs = np.unique(legs, axis=0)
         count = np.maximum(np.ceil(legs[:, 2] / _STREET_SPACING), 1).astype(np.int64) + 1
-        of = np.repeat(np.arange(len(legs)), count)
+        of = repeated(count)
         s = legs[of, 1] + ranks(count) * (legs[:, 2] / (count - 1))[of]
         street = legs[of, 0].astype(np.int64)
         x, y, _ = pose(self.lines, street, s * (lengths(self.lines, street) / lengths(self.lanes.streets, street)))
@@ -288,9 +289,8 @@ def _turned(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: Float
 def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float, float]) -> PlanView:
     """Return curves with the same ends that run along their ways, or between; `rounding` is one of `ROUNDINGS`."""
     reach, spacing, share = rounding
-    n = len(plan.start) - 1
     count = np.maximum((lanes.length / spacing).astype(np.int64), 1)
-    of = np.repeat(np.arange(n), count)
+    of = repeated(count)
     run, length = (ranks(count) + 0.5) / count[of], lengths(plan)[of]
     x, y, hdg = _rounded(lanes, of, run * lanes.length[of], reach)
     if share < 1:

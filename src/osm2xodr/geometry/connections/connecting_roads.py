@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, lengths, runs, stack_plan_views, unique_first, unique_inverse, wrapped
+from osm2xodr.curves import Table, lengths, repeated, runs, stack_plan_views, unique_first, unique_inverse, wrapped
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
@@ -128,7 +128,7 @@ class ConnectingRoads(Table):
         there, back = entry * many + exit_, exit_ * many + entry
         order = np.argsort(there, kind="stable")
         first, last = (np.searchsorted(there[order], back, side) for side in ("left", "right"))
-        row, other = np.repeat(np.arange(len(cars)), last - first), order[runs(first, last - first)]
+        row, other = repeated(last - first), order[runs(first, last - first)]
         once = entry[row] < exit_[row]
         return cars[row[once]], cars[other[once]]
 

@@ -18,9 +18,11 @@ from osm2xodr.curves import (
     heading_change,
     lengths,
     pose,
+    repeated,
     replace_curves,
     smallest_radius,
     sorted_unique,
+    starts,
     wrapped,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -148,8 +150,8 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
     """Return between which chainages paths run from one of their corners to the next, by number of the path, m."""
     length = paths.length[numbers]
     count = np.maximum((length / _STATION_SPACING).astype(np.int64), 1)
-    start = np.concatenate([[0], np.cumsum(count)])
-    each = np.repeat(np.arange(len(numbers)), count)
+    start = starts(count)
+    each = repeated(count)
     chainage = (np.arange(start[-1]) - start[each] + 0.5) * (length / count)[each]
     hdg = poses_on(paths, streets, numbers[each], chainage, np.zeros(len(each)))[2]
     first, last = _corners(hdg, start, each)
@@ -201,7 +203,7 @@ def _turned_at_corners(
     """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
     chainages = [_between_corners(gaps[number], single) for number in lanes.path.tolist()]
     count = np.array([len(item) for item in chainages], np.int64)
-    passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
+    passed = lanes.at_chainage(repeated(count), np.concatenate(chainages))
     begin, end = curve_ends(plan, row)
     here, there, first = legs_through(begin, passed, end, count)
     pieces = connect(*here, *there, radius=TURNING_RADIUS)

@@ -21,6 +21,7 @@ from osm2xodr.curves import (
     pose,
     ranks,
     record_turns,
+    repeated,
     replace_curves,
     reverse_curves,
     smallest_radius,
@@ -148,7 +149,7 @@ def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
 def _in_quarters(plan: PlanView) -> PlanView:
     """Return curves whose arcs turn by a quarter at most: what runs beside them is drawn piece by piece."""
     count = np.maximum(np.ceil(np.abs(record_turns(plan)) / (np.pi / 2) - 1e-9), 1).astype(np.int64)
-    record = np.repeat(np.arange(len(count)), count)
+    record = repeated(count)
     step = (plan.length / count)[record]
     s = plan.s[record] + ranks(count) * step
     x, y, hdg = pose(plan, owners(plan.start)[record], s)
@@ -258,7 +259,7 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
     t1 = (y1 - by) * np.cos(h1) - (x1 - bx) * np.sin(h1)
     # Where one record of an axis meets the next, its curves pass, too.
     count = np.diff(axis.start) - 1
-    owner = np.repeat(np.arange(len(row)), count)
+    owner = repeated(count)
     inner = np.ones(len(axis.s), bool)
     inner[axis.start[:-1]] = False
     share = axis.s[inner] / total[owner]

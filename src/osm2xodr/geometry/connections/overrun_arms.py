@@ -12,7 +12,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, blocks, owners, pose, project, ranks, runs, sorted_unique, starts, unique_inverse
+from osm2xodr.curves import (
+    Table,
+    blocks,
+    owners,
+    pose,
+    project,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    starts,
+    unique_inverse,
+)
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.connections.turning_radii import half_carriageways
@@ -92,7 +104,7 @@ def beyond_streets(
         return np.zeros(0)
     first, street = _streets_at(ends, layout)
     count = np.diff(first)[connecting.junction]
-    row, street = np.repeat(np.arange(len(count)), count), street[runs(first[connecting.junction], count)]
+    row, street = repeated(count), street[runs(first[connecting.junction], count)]
     every, places = np.arange(len(count)), len(_SHARES)
     x, y, _ = pose(connecting.plan_view, np.repeat(every, places), (connecting.length[:, None] * _SHARES).ravel())
     x, y = (np.reshape(column, (-1, places))[row].ravel() for column in (x, y))
@@ -136,10 +148,10 @@ def _others(
     """
     street_end = parts.street_end()
     count = np.array([len(arms) for arms in layout.arms], np.int64)
-    first = np.cumsum(count) - count
+    first = starts(count)[:-1]
     arms = np.array([end for group in layout.arms for end in group], np.int64)
     each = count[connecting.junction]
-    row = np.repeat(np.arange(len(connecting.junction)), each)
+    row = repeated(each)
     arm = arms[first[connecting.junction][row] + ranks(each)]
     entry, exit_ = street_end[connecting.entry][row], street_end[connecting.exit][row]
     level = np.zeros(len(row), bool)
@@ -217,7 +229,7 @@ def _places(
     """Return the middles of `count`, (ways,), equal pieces of each pair's way: the pair, x, y, m, and hdg, rad."""
     way, each = unique_inverse(row)
     length, count = connecting.length[way], count[way]
-    one = np.repeat(np.arange(len(way)), count)
+    one = repeated(count)
     x, y, hdg = pose(connecting.plan_view, way[one], (ranks(count) + 0.5) * (length / count)[one])
-    pair, place = np.repeat(np.arange(len(row)), count[each]), runs(starts(count)[:-1][each], count[each])
+    pair, place = repeated(count[each]), runs(starts(count)[:-1][each], count[each])
     return pair, x[place], y[place], hdg[place]

@@ -102,7 +102,7 @@ def connect(
     length = np.where(length > _SHORTEST_RECORD, length, 0.0)
     used = length > 0
     s = np.cumsum(length, axis=1) - length
-    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    start = starts(used.sum(1))
     plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
     missed |= np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED
     if not missed.any():

@@ -18,11 +18,14 @@ from osm2xodr.curves import (
     heading_at,
     heading_change,
     lengths,
+    owners,
     pose,
     ranks,
+    repeated,
     replace_curves,
     smallest_radius,
     smooth_step,
+    starts,
     wrapped,
 )
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
@@ -80,8 +83,8 @@ def lay_out_paths(
     inner = [(k, *leg) for k, item in enumerate(movements) if item.inner for leg in item.inner]
     of, street, along = np.array(inner, np.int64).reshape(-1, 3).T
     count = 2 + np.bincount(of, minlength=len(movements))
-    start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    owner = np.repeat(np.arange(len(count)), count)
+    start = starts(count)
+    owner = repeated(count)
     # Street ends at which legs begin and end. The first begins, and the last ends, where its street is cut.
     near, far = np.zeros(start[-1], np.int64), np.zeros(start[-1], np.int64)
     between = np.ones(start[-1], bool)
@@ -238,12 +241,12 @@ def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
     (x0, y0, h0), (x1, y1, h1) = curve_ends(direct, row)
     room = lanes.length - 4 * _STRAIGHT_LEAD
     inside = np.maximum(np.floor(room / _POINT_SPACING).astype(np.int64), 0) + 1
-    owner = np.repeat(np.arange(len(row)), inside)
+    owner = repeated(inside)
     number = ranks(inside)
     chainage = 2 * _STRAIGHT_LEAD + room[owner] * (number + 0.5) / inside[owner]
     px, py, _ = lanes.at_chainage(owner, chainage)
     # Per curve: its start and the end of its lead, the points, and the same at its end.
-    start = np.concatenate([[0], np.cumsum(inside + 4)]).astype(np.int64)
+    start = starts(inside + 4)
     points = np.zeros((start[-1], 2))
     fixed = np.zeros(start[-1], bool)
     points[start[:-1][owner] + 2 + number] = np.column_stack([px, py])
@@ -264,7 +267,7 @@ def turning(lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
     h0 = heading_at(streets, paths.curve, paths.s_from)
     h1 = heading_at(streets, paths.curve, paths.s_to)
     against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
-    owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
+    owner = owners(paths.start)
     joint = np.flatnonzero(owner[1:] == owner[:-1])
     corner = wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
     turns = np.concatenate([h1 - h0, corner])

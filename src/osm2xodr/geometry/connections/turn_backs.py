@@ -21,6 +21,7 @@ from osm2xodr.curves import (
     lengths,
     owners,
     record_turns,
+    repeated,
     replace_curves,
     smallest_radius,
     wrapped,
@@ -128,7 +129,7 @@ def turned_back(
     pieces[:, 0], pieces[:, 4] = before, after
     turn = dubins_without_slivers(*begin, *end, radius=radius)
     count = np.diff(turn.start)
-    owner = np.repeat(np.arange(len(count)), count)
+    owner = repeated(count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
     if swing is not None:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import running_lengths
+from osm2xodr.curves import repeated, running_lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH_MOTORWAY,
@@ -258,7 +258,7 @@ def _furnished(network: StreetNetwork) -> BoolArray:
     facts = network.node_facts
     nodes = np.array(sorted({*facts.controls, *(crossing.node for crossing in facts.crossings)}), np.int64)
     every = [street.node_ids for street in network.streets]
-    street = np.repeat(np.arange(len(every)), [len(ids) for ids in every])
+    street = repeated([len(ids) for ids in every])
     out = np.zeros(len(every), bool)
     out[street[np.isin(np.concatenate([np.zeros(0, np.int64), *every]), nodes)]] = True
     return out

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, starts, unique_rows
+from osm2xodr.curves import find_record, lengths, pose, ranks, repeated, starts, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
@@ -92,7 +92,7 @@ class _Streets:
         length = lengths(fitted.plan_view)
         count = np.maximum(np.ceil(length / _SPACING).astype(np.int64), 1) + 1
         self._first = starts(count.tolist())
-        self.street = np.repeat(np.arange(len(length), dtype=np.int64), count)
+        self.street = repeated(count)
         s = ranks(count) * (length / (count - 1))[self.street]
         x, y, hdg = pose(fitted.plan_view, self.street, s)
         self._xy, self._along = np.column_stack([x, y]), np.column_stack([np.cos(hdg), np.sin(hdg)])

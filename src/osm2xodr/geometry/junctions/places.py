@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from osm2xodr.curves import lengths, project
+from osm2xodr.curves import lengths, project, repeated
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
 from osm2xodr.model import FloatArray, IntArray, StreetNetwork, StreetPlaces
@@ -52,7 +52,7 @@ def _tagged(network: StreetNetwork) -> tuple[IntArray, IntArray, FloatArray, Flo
     count = [len(street.node_ids) for street in network.streets]
     nodes = np.concatenate([street.node_ids for street in network.streets])
     points = np.concatenate([street.points for street in network.streets])
-    owner = np.repeat(np.arange(len(count)), count)
+    owner = repeated(count)
     rows = np.flatnonzero(np.isin(nodes, np.array(list(network.node_tags), np.int64)))
     return nodes[rows], owner[rows], points[rows, 0], points[rows, 1]
 

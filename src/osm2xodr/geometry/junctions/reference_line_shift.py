@@ -21,6 +21,7 @@ from osm2xodr.curves import (
     lengths,
     owners,
     ranks,
+    repeated,
     spirals_between,
     wrapped,
 )
@@ -128,7 +129,7 @@ def in_short_spirals(plan: PlanView, aside: FloatArray) -> PlanView:
     change = np.abs(last - first) / np.maximum(np.minimum(first, last), _SMALLEST_SCALE)
     most = np.maximum(plan.length / _SHORTEST_PART, 1.0)
     count = np.clip(np.ceil(change / _MOST_CHANGE), 1.0, most).astype(np.int64)
-    row = np.repeat(np.arange(len(count)), count - 1)
+    row = repeated(count - 1)
     return cut_records(plan, row, (ranks(count - 1) + 1) * (plan.length / count)[row])
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import unique_counts, wrapped
+from osm2xodr.curves import repeated, unique_counts, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import defaults
@@ -59,7 +59,7 @@ def _crossed(network: StreetNetwork) -> BoolArray:
     """Say on which streets, apart from their ends, people cross, (streets,)."""
     nodes = {crossing.node for crossing in network.node_facts.crossings}
     inner = [street.node_ids[1:-1] for street in network.streets]
-    street = np.repeat(np.arange(len(inner)), [len(ids) for ids in inner])
+    street = repeated([len(ids) for ids in inner])
     found = np.isin(np.concatenate(inner), np.array(sorted(nodes), np.int64))
     return np.bincount(street[found], minlength=len(inner)) > 0
 

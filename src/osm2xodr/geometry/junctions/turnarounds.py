@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.conventions import PLANS
-from osm2xodr.curves import curves_of, ranks, replace_curves, unique_inverse
+from osm2xodr.curves import curves_of, ranks, repeated, replace_curves, unique_inverse
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX
@@ -213,13 +213,13 @@ def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds)
 def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
     """Return all streets in short straight pieces: start, end (n, 2), street and run of the middle (n,)."""
     points = np.concatenate([street.points for street in network.streets])
-    owner = np.repeat(np.arange(len(network.streets)), [len(street.points) for street in network.streets])
+    owner = repeated([len(street.points) for street in network.streets])
     first = np.flatnonzero(owner[1:] == owner[:-1])
     size = np.hypot(*(points[first + 1] - points[first]).T)
     run = np.cumsum(size) - size
     run -= run[np.searchsorted(owner[first], owner[first])]
     count = np.maximum(np.ceil(size / _PIECE_LENGTH).astype(np.int64), 1)
-    line = np.repeat(np.arange(len(first)), count)
+    line = repeated(count)
     share = ranks(count) / count[line]
     step = (points[first + 1] - points[first])[line]
     start = points[first][line] + share[:, None] * step

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, runs, smooth_step, sorted_unique, unique_inverse
+from osm2xodr.curves import pose, project, repeated, runs, smooth_step, sorted_unique, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -86,5 +86,5 @@ def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
     """Return the indices of all pairs of rows of the same junction; `other` is ascending."""
     first = np.searchsorted(other, one)
     count = np.searchsorted(other, one, side="right") - first
-    row = np.repeat(np.arange(len(one)), count)
+    row = repeated(count)
     return row, runs(first, count)

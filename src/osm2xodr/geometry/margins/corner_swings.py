@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, curve_ends, pose, ranks, starts
+from osm2xodr.curves import chain_curves, curve_ends, pose, ranks, repeated, starts
 from osm2xodr.geometry.connections import ConnectingRoads, Poses, connect, legs_through
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView, Rule
@@ -94,7 +94,7 @@ def _places(
     """Return poses that far beside some sidewalks' curves, `out` at `_SHARES` of each, m, and how many on each."""
     length = rows.length[chosen]
     many = np.clip(length / _LEG, 1, _MOST_LEGS).astype(np.int64)
-    of = np.repeat(np.arange(len(chosen)), many)
+    of = repeated(many)
     s, step = (ranks(many) + 0.5) * length[of] / many[of], (length / (4 * many))[of]
     at, t = np.stack([s - step, s, s + step]), np.empty((3, len(of)))
     for k, (first, last) in enumerate(pairwise(starts(many).tolist())):

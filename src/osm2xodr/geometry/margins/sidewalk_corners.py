@@ -19,6 +19,7 @@ from osm2xodr.curves import (
     owners,
     record_ends,
     record_turns,
+    repeated,
     replace_curves,
     reverse_curves,
     runs,
@@ -145,7 +146,7 @@ def _ways(corners: Corners, cars: ConnectingRoads) -> tuple[IntArray, _Beside]:
         one, other = (corners.exit, corners.entry) if back else (corners.entry, corners.exit)
         first, last = (corners.second, corners.first) if back else (corners.first, corners.second)
         begin, end = (np.searchsorted(arms[order], one * many + other, side) for side in ("left", "right"))
-        corner, row = np.repeat(np.arange(len(one)), end - begin), order[runs(begin, end - begin)]
+        corner, row = repeated(end - begin), order[runs(begin, end - begin)]
         item = _Beside(
             row,
             np.full(len(row), back),
@@ -175,7 +176,7 @@ def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, h
         good &= off - half - width[row] / 2 >= -defaults.CORNER_ONTO_LANE
     plan = cars.plan_view
     count = np.diff(plan.start)[row]
-    owner, record = np.repeat(np.arange(len(row)), count), runs(plan.start[row], count)
+    owner, record = repeated(count), runs(plan.start[row], count)
     side = np.sign(items.start)[owner]
     sharpest = np.full(len(row), -np.inf)
     np.maximum.at(sharpest, owner, np.maximum(side * plan.curvature[record], side * end_curvature(plan, record)))

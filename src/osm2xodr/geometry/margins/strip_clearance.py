@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, pose, ranks, starts
+from osm2xodr.curves import find_record, pose, ranks, repeated, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -105,7 +105,7 @@ def _parallel_roads(
     Roads are sampled; sample a of a road with strips is compared with samples b of others that lie abreast of it.
     """
     count = np.maximum((parts.length / PARALLEL_SPACING).astype(np.int64), 1)
-    road = np.repeat(np.arange(len(count)), count)
+    road = repeated(count)
     step = (parts.length / count)[road]
     s = (ranks(count) + 0.5) * step
     x, y, hdg = pose(parts.plan_view, road, s)

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from osm2xodr.curves import owners, pose, ranks, sharpest_curvature
+from osm2xodr.curves import owners, pose, ranks, repeated, sharpest_curvature
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch
@@ -158,7 +158,7 @@ def _reaches(parts: RoadParts, bends: Sequence[TightBend]) -> list[tuple[FloatAr
     lo = np.maximum(start - _LEG_REACH, 0.0)
     hi = np.minimum(end + _LEG_REACH, parts.length[road])
     count = np.ceil((hi - lo) / _LEG_STEP).astype(np.int64) + 1
-    bend = np.repeat(np.arange(len(count)), count)
+    bend = repeated(count)
     s = lo[bend] + ranks(count) * ((hi - lo) / (count - 1))[bend]
     x, y, hdg = pose(parts.plan_view, road[bend], s)
     normal = side[bend, None] * np.column_stack([-np.sin(hdg), np.cos(hdg)])

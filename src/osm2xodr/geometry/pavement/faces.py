@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, rays_to_segments, starts
+from osm2xodr.curves import ranks, rays_to_segments, repeated, starts
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.pavement import defaults
@@ -83,7 +83,7 @@ class Faces:
         end = np.array(ends, np.int64)
         u0, u1, t0, t1 = (np.array(column) for column in columns)
         count = np.ceil(np.hypot(u1 - u0, t1 - t0) / (_PLACES_PER_CELL * defaults.GAP_CELL)).astype(np.int64) + 1
-        row = np.repeat(np.arange(len(end)), count)
+        row = repeated(count)
         share = ranks(count) / (count - 1)[row]
         at_end = end % 2 == 1
         x, y, hdg = end_poses(parts, end)

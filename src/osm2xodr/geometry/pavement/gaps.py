@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import ranks, runs, starts, unique_first
+from osm2xodr.curves import ranks, repeated, runs, starts, unique_first
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
 from osm2xodr.geometry.pavement.faces import Faces
@@ -182,7 +182,7 @@ def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -
     below = np.minimum(first + grids.wide[owner], grids.start[owner + 1]), last + grids.wide[owner]
     begin = np.searchsorted(last, below[0], side="right")
     count = np.searchsorted(first, np.minimum(below[1], grids.start[owner + 1])) - begin
-    one, other = np.repeat(np.arange(len(first)), count), runs(begin, count)
+    one, other = repeated(count), runs(begin, count)
     # Older versions of SciPy want these integers.
     ends = one.astype(np.int32), other.astype(np.int32)
     graph = sp.coo_array((np.ones(len(one), np.int8), ends), shape=(len(first), len(first)))

@@ -15,6 +15,7 @@ from osm2xodr.curves import (
     owners,
     ranks,
     record_turns,
+    repeated,
     starts,
     sum_before,
     wrapped,
@@ -50,7 +51,7 @@ class FinePoints(RaggedTable):
         """Return points evenly along some curves, at most `SMOOTH_STEP` apart."""
         length = lengths(plan, rows)
         count = np.maximum(np.ceil(length / defaults.SMOOTH_STEP).astype(np.int64), _FEWEST_INTERVALS) + 1
-        owner = np.repeat(np.arange(len(rows)), count)
+        owner = repeated(count)
         spacing = (length / (count - 1))[owner]
         s = spacing * ranks(count)
         record = find_record(plan.start, plan.s, rows[owner], s)

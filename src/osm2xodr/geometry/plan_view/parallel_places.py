@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, find_record, join_tables, lengths, pose, ranks, starts
+from osm2xodr.curves import Table, find_record, join_tables, lengths, pose, ranks, repeated, starts
 from osm2xodr.geometry.defaults import (
     ARM_REACH,
     ARM_REACH_MOTORWAY,
@@ -82,9 +82,7 @@ def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbrea
     length = lengths(plan)
     # Places `PARALLEL_SPACING` or a little more apart along all streets.
     count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
-    spaced = _Places.on(
-        plan, np.repeat(np.arange(len(length)), count), (ranks(count) + 0.5) * np.repeat(length / count, count)
-    )
+    spaced = _Places.on(plan, repeated(count), (ranks(count) + 0.5) * np.repeat(length / count, count))
     pairs = np.zeros((0, 2), np.int64)
     if len(spaced.s) > 1:
         tree = cKDTree(np.column_stack([spaced.x, spaced.y]))

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     lengths,
     owners,
     pose,
+    repeated,
     replace_curves,
     reverse_curves,
     runs,
@@ -128,7 +129,7 @@ def _within(parts: Parts, nodes: OnCurves) -> OnCurves:
     curve, s = nodes
     row = np.searchsorted(parts.curve, np.arange(int(max(curve.max(initial=-1), parts.curve.max(initial=-1))) + 2))
     count = np.diff(row)[curve]
-    node = np.repeat(np.arange(len(curve)), count)
+    node = repeated(count)
     part = runs(row[curve], count)
     inside = (parts.lo[part] < s[node]) & (s[node] < parts.hi[part])
     return part[inside], s[node[inside]] - parts.lo[part[inside]]

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.curves import repeated
 from osm2xodr.defaults import SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import pose, pose_and_curvature
@@ -88,7 +89,7 @@ class RoadFinder:
         radius = np.maximum(nearest, self._reach) + _FIND_STEP
         found = self._tree.query_ball_point(points, radius, return_sorted=True)
         count = np.array([len(item) for item in found], np.int64)
-        point = np.repeat(np.arange(len(x)), count)
+        point = repeated(count)
         station = self._usable[np.concatenate([np.asarray(item, np.int64) for item in found])]
         dx, dy = x[point] - self._stations.x[station], y[point] - self._stations.y[station]
         away = dx * dx + dy * dy

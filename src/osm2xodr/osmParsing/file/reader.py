@@ -18,7 +18,7 @@ import numpy as np
 import osmium
 
 from osm2xodr import projection
-from osm2xodr.curves import sorted_unique
+from osm2xodr.curves import repeated, sorted_unique
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
@@ -147,7 +147,7 @@ def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dic
     xy = np.column_stack(projection.to_local(frame, nodes.lon_deg, nodes.lat_deg))
     known = np.isin(wanted, nodes.ids)
     place = np.searchsorted(nodes.ids, wanted)
-    owner = np.repeat(np.arange(len(refs)), [len(item) for item in refs.values()])[known]
+    owner = repeated([len(item) for item in refs.values()])[known]
     border = np.searchsorted(owner, np.arange(1, len(refs)))
     rows = np.split(place[known], border)
     return {osm_id: xy[found] for osm_id, found in zip(refs, rows, strict=True) if len(found)}

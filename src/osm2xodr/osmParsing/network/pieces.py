@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, runs, sorted_unique, unique_rows
+from osm2xodr.curves import Table, repeated, runs, sorted_unique, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -67,7 +67,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
     """Look up the nodes of ways; leave out absent and repeated nodes, and ways of less than two nodes."""
     lengths = np.array([len(way.refs) for way in ways], np.int64)
     refs = np.concatenate([way.refs for way in ways])
-    way = np.repeat(np.arange(len(ways)), lengths)
+    way = repeated(lengths)
     node = np.minimum(np.searchsorted(nodes.ids, refs), max(len(nodes.ids) - 1, 0))
     present = nodes.ids[node] == refs if len(nodes.ids) else np.zeros(len(refs), np.bool_)
     absent = np.bincount(way[~present], minlength=len(ways))
@@ -214,7 +214,7 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
 def leave_out_crowds(pieces: Pieces, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Pieces:
     """Leave out pieces where more streets lie than have room, or meet: their time grows with the square."""
     edges = runs(pieces.first, pieces.last - pieces.first)
-    piece = np.repeat(np.arange(len(pieces.first)), pieces.last - pieces.first)
+    piece = repeated(pieces.last - pieces.first)
     a, b = points[pieces.node[edges]], points[pieces.node[edges + 1]]
     length = np.hypot(*(b - a).T)
     steps = np.maximum(1, np.ceil(length / _CROWD_STEP)).astype(np.int64)

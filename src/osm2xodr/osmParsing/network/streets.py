@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, sorted_unique
+from osm2xodr.curves import ranks, sorted_unique, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, FloatArray, IntArray, Intersection, Street, StreetAttributes, TurnRestriction
 from osm2xodr.osmParsing.file import RawNodes
@@ -154,7 +154,7 @@ def _rows(chains: Sequence[Chain], pieces: Pieces) -> tuple[IntArray, list[int]]
     step = ranks(length)
     begin = np.where(along, pieces.first[piece], pieces.last[piece])
     row = pieces.node[np.repeat(begin, length) + np.repeat(np.where(along, 1, -1), length) * step]
-    place = np.concatenate([[0], np.cumsum(length)])[np.concatenate([[0], np.cumsum(links)])]
+    place = starts(length)[starts(links)]
     return row, place.tolist()
 
 

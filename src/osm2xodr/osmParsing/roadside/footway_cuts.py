@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import sorted_unique
+from osm2xodr.curves import sorted_unique, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
@@ -33,7 +33,7 @@ def cut_where_footways_end(
     if not cuts:
         return streets, samples
     counts = np.array([len(street.points) for street in streets], np.int64)
-    first = (np.cumsum(counts) - counts).tolist()
+    first = starts(counts)[:-1].tolist()
     ids = np.concatenate([street.node_ids for street in streets])
     out = list(streets)
     for piece, found in sorted(cuts.items()):

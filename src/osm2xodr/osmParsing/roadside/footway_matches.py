@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.curves import repeated
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines
@@ -48,7 +49,7 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     """Match points along footways (at least one) with the nearest parallel edge at the same level."""
     counts = np.array([len(footway.points) for footway in footways], np.int64)
     lines = sample_lines(np.concatenate([footway.points for footway in footways]), counts, BESIDE_SPACING)
-    owner = np.repeat(np.arange(len(footways)), counts)[lines.node]
+    owner = repeated(counts)[lines.node]
     # Preselected roughly by the streets' lines, then by their edges.
     half = np.maximum(np.abs(samples.left), np.abs(samples.right)).max()
     around = np.flatnonzero(near_each_other(lines.points, samples.lines.points, _SEARCH_RADIUS + float(half))[1])

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, blocks, join_tables, ranks, sorted_unique
+from osm2xodr.curves import Table, blocks, join_tables, ranks, repeated, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import KERB_REACH
 
@@ -38,7 +38,7 @@ class Segments(Table):
         """Return the segments of lines of points (n, 2), m, each with its layer."""
         count = np.array([len(line) - 1 for line in lines], np.int64)
         none = np.zeros((0, 2))
-        owner = np.repeat(np.arange(len(lines)), count)
+        owner = repeated(count)
         start, end = (np.concatenate([none, *(line[some] for line in lines)]) for some in (slice(-1), slice(1, None)))
         return cls(start, end, owner, np.array(layers, np.int64)[owner] if len(lines) else owner)
 
@@ -74,7 +74,7 @@ def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossin
     step = segments.end - segments.start
     length = np.hypot(step[:, 0], step[:, 1])
     parts = np.clip(np.ceil(length / _PART), 1.0, _PARTS_MAX).astype(np.int64)
-    segment = np.repeat(np.arange(len(parts)), parts)
+    segment = repeated(parts)
     share = (ranks(parts) + 0.5) / parts[segment]
     middle = segments.start[segment] + share[:, None] * step[segment]
     reach = float(np.hypot(KERB_REACH, _PART))

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import ranks, sorted_unique
+from osm2xodr.curves import ranks, repeated, sorted_unique, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
 
@@ -60,7 +60,7 @@ def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSa
     length = np.hypot(step[:, 0], step[:, 1])
     node, step, length = node[length > 0.0], step[length > 0.0], length[length > 0.0]
     parts = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64)
-    segment = np.repeat(np.arange(len(node)), parts)
+    segment = repeated(parts)
     number = ranks(parts)
     share = (number + 0.5) / parts[segment]
     return LineSamples(
@@ -82,14 +82,14 @@ def with_pieces(lines: LineSamples, streets: Sequence[Street]) -> StreetSamples:
     """Assign points along streets to the pieces that they lie on."""
     counts = np.array([len(street.points) for street in streets], np.int64)
     pieces = [len(street.pieces) for street in streets]
-    first = np.repeat(np.cumsum(counts) - counts, pieces)
+    first = np.repeat(starts(counts)[:-1], pieces)
     begin = first + np.array([at for street in streets for at, _ in street.pieces], np.int64)
     edges = np.array([carriageway_edges(attributes) for street in streets for _, attributes in street.pieces])
     index = np.array([k for number in pieces for k in range(number)], np.int64)
     return StreetSamples(
         lines,
         np.searchsorted(begin, lines.node, side="right") - 1,
-        np.repeat(np.arange(len(streets)), pieces),
+        repeated(pieces),
         index,
         edges[:, 0],
         edges[:, 1],

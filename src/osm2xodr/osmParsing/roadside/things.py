@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import sorted_unique, unique_all
+from osm2xodr.curves import repeated, sorted_unique, unique_all
 from osm2xodr.model import FloatArray, Footway, IntArray, RoadsideKind, RoadsideThing
 from osm2xodr.osmParsing.file import OtherWays, RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
@@ -73,7 +73,7 @@ def read_beside(
     row = np.searchsorted(nodes.ids, refs)
     row[row == len(nodes.ids)] = 0
     present = (nodes.ids[row] == refs) & np.isfinite(points[row]).all(axis=1)
-    row, way = row[present], np.repeat(np.arange(len(ways)), lengths)[present]
+    row, way = row[present], repeated(lengths)[present]
     # Nodes that are things and not on streets.
     single_ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
     single = np.searchsorted(nodes.ids, single_ids[~np.isin(single_ids, carried)])

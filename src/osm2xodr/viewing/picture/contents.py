@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import unique_inverse, wrapped
+from osm2xodr.curves import owners, unique_inverse, wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
@@ -244,9 +244,7 @@ def _drawn(
 
 def _lanes_of(scene: Scene) -> Iterable[tuple[int, int]]:
     """Yield strip and row in the file's table of all lanes, from left to right."""
-    return zip(
-        np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start)).tolist(), scene.lane, strict=True
-    )
+    return zip(owners(scene.lane_start).tolist(), scene.lane, strict=True)
 
 
 def _rank(file: OpenDrive, lane: int, junction: int) -> int:
