@@ -24,8 +24,8 @@ from osm2xodr.batch import (
     run_batch,
     workflow,
 )
+from osm2xodr.batch.cutting.cuts import Target, write_targets
 from osm2xodr.batch.cutting.source import Source
-from osm2xodr.batch.cutting.writing import Target, write_targets
 from osm2xodr.batch.model import CutRequest, Result
 from osm2xodr.cli import main
 from osm2xodr.diagnostics import Diagnostics

@@ -8,7 +8,7 @@ import numpy as np
 from osm_builder import LAT_0, LAT_PER_METRE, LON_0, LON_PER_METRE, Area
 
 from osm2xodr.model import Building, FloatArray
-from osm2xodr.osmParsing.buildings import read_buildings
+from osm2xodr.osmParsing.surroundings import read_buildings
 
 NODES = {1: (0.0, 0.0), 2: (20.0, 0.0), 3: (20.0, 10.0), 4: (0.0, 10.0)} | {
     5: (5.0, 3.0),

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from osm2xodr.viewing.colours import rgb
-from osm2xodr.viewing.surface_pictures import (
+from osm2xodr.viewing.surface_report import (
     bars,
     block_extremes,
     block_means,

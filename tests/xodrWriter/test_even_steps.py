@@ -7,7 +7,7 @@ import pytest
 
 from osm2xodr.curves import pose
 from osm2xodr.model import PlanView
-from osm2xodr.xodrWriter.even_steps import cut_at, with_even_ends
+from osm2xodr.xodrWriter.document import cut_at, with_even_ends
 
 
 def one_record(length: float, curvature: float, rate: float = 0.0) -> PlanView:

@@ -12,8 +12,8 @@ from hypothesis import assume, given, settings, strategies as st
 from sample_road_maps import crossing, plan_view, profile
 
 from osm2xodr.curves.plan_views import lengths as lengths_of
+from osm2xodr.xodrWriter.document import cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.formatting import position
-from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts
 
 
 def read(text: str) -> list[dict[str, float]]:

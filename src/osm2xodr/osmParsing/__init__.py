@@ -7,7 +7,7 @@
 - `corrections` applies what users know better,
 - `network` makes streets and intersections of ways, and reads relations between them,
 - `roadside` finds footways and things beside streets,
-- `surroundings` reads what a scene has beside roads: `buildings` and `water`.
+- `surroundings` reads what a scene has beside roads: buildings and water.
 """
 
 from __future__ import annotations

@@ -1,4 +1,15 @@
-"""The document as a whole: header, roads, junctions, as bytes."""
+"""The document as a whole: header, roads, junctions, as bytes.
+
+The long tables of a road map (plan views and profiles) as XML records, many at a time.
+
+Formatting a thousand records with one ``%`` is several times faster than one element at a time in any XML library.
+
+Reference lines cut for readers that make polylines of them.
+
+Their points lie at equal steps from the start of each record, and where lane sections and lane offsets begin. The
+rest behind the last step, or before such a place, may be a few centimetres long. Where a polyline is moved aside, as
+to a lane, so short a piece turns by degrees, or folds back on itself.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +22,18 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import Target
-from osm2xodr.curves import advance
+from osm2xodr.curves import advance, cut_records, end_curvature, find_record, owners, starts
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import FloatArray, IntArray, PlanView, RoadMap, Rule
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
-from osm2xodr.xodrWriter.even_steps import plan_of_even_steps
 from osm2xodr.xodrWriter.flat_curves import without_flat_curves
-from osm2xodr.xodrWriter.formatting import attribute, number, user_data
+from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, attribute, number, rounded, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
-from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.words import Words
 
 # Roads and junctions per block of text, 1 to 2 MB: processes that make them in turns take about equally long, and
@@ -37,6 +46,22 @@ _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 
 # Headings at which an arc reaches farthest.
 _CARDINAL: Final = (0.0, np.pi / 2.0, np.pi, -np.pi / 2.0)
 _LICENSE: Final = '<license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
+_GEOMETRY: Final = f'<geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">'
+_ARC: Final = f'{_GEOMETRY}<arc curvature="{CURVATURE}"/></geometry>\n'
+_SPIRAL: Final = f'{_GEOMETRY}<spiral curvStart="{CURVATURE}" curvEnd="{CURVATURE}"/></geometry>\n'
+_LINE: Final = f"{_GEOMETRY}<line/></geometry>\n"
+_CUBIC: Final = f'<%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
+# Separates the texts of curves while they are made together; not allowed in XML, so in none of them.
+_BETWEEN: Final = "\0"
+
+# Decimals of what headings and the terms of a cubic come to at the end of their record (10 nm): readers compute
+# positions from them to well below a micrometre, and no digit is superfluous.
+_END_DECIMALS: Final = 8
+# Shorter rests, as a share of the step, are made equal to the step before them; records are cut no nearer than that
+# to their ends. A choice.
+_SHORT_REST: Final = 0.25
+# Share of a step that counts as a rounding error.
+_ROUNDING: Final = 1e-9
 
 
 def write_document(
@@ -219,3 +244,104 @@ def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, d
             diagnostics.note("word-for-reader", "", wanted)
         else:
             diagnostics.note("word-lost", "", f"{version} has no {word!r}: written as {other!r}")
+
+
+def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
+    """Return the ``<geometry>`` elements of the curves from `first` up to `last`, one text per curve.
+
+    Every curve has records.
+    """
+    start = plan.start[first : last + 1]
+    records = slice(int(start[0]), int(start[-1]))
+    curvature, end, bends = plan.curvature[records], end_curvature(plan, records), plan.rate[records] != 0.0
+    s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
+    hdg = rounded(plan.hdg[records], _END_DECIMALS + np.ceil(np.log10(np.maximum(length, 1.0))))
+    shape = np.where(bends, 2, curvature != 0.0).astype(np.int64)
+    patterns = [(_LINE, _ARC, _SPIRAL)[k] for k in shape.tolist()]
+    for record in (start[1:-1] - start[0]).tolist():
+        patterns[record] = _BETWEEN + patterns[record]
+    table = np.column_stack([s, x, y, hdg, length, curvature, end])
+    written = np.ones(table.shape, np.bool_)
+    written[:, -2], written[:, -1] = shape > 0, bends
+    return _per_curve("".join(patterns) % tuple(table[written].tolist()), last - first)
+
+
+def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
+    """Return the records of the curves from `first` up to `last` as `element`, one text per curve.
+
+    It is empty for curves that are 0 everywhere or have no records. `lengths` (curves,), m, are those of all curves:
+    where last records end.
+    """
+    start = profile.start[first : last + 1] - profile.start[first]
+    table = np.column_stack(_cubic_columns(profile, lengths, first, last))
+    before = starts(table[:, 1:].any(axis=1))
+    written = np.diff(before[start]) > 0
+    counts = np.diff(start)
+    values = table[np.repeat(written, counts)].ravel()
+    pattern = _CUBIC.replace("%s", element)
+    patterns = [pattern * count if count else "" for count in np.where(written, counts, 0).tolist()]
+    return _per_curve(_BETWEEN.join(patterns) % tuple(values.tolist()), last - first)
+
+
+def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[FloatArray]:
+    """Return s, a, b, c, d with as many decimals as they need: the longer a record, the more for its higher terms."""
+    start = profile.start[first : last + 1]
+    records = slice(int(start[0]), int(start[-1]))
+    s = profile.s[records]
+    end = np.append(s[1:], 0.0)
+    filled = np.diff(start) > 0
+    end[start[1:][filled] - 1 - records.start] = lengths[first:last][filled]
+    digits = np.ceil(np.log10(np.maximum(end - s, 1.0)))
+    coefficients = (profile.a, profile.b, profile.c, profile.d)
+    return [
+        rounded(s, POSITION_DECIMALS),
+        rounded(profile.a[records], POSITION_DECIMALS),
+        *(rounded(coefficients[k][records], _END_DECIMALS + k * digits) for k in (1, 2, 3)),
+    ]
+
+
+def _per_curve(text: str, count: int) -> list[str]:
+    """Cut the text of several curves."""
+    return text.split(_BETWEEN) if count else []
+
+
+def plan_of_even_steps(road_map: RoadMap, step: float) -> PlanView:
+    """Cut the reference lines of roads outside junctions so that their polylines have no short pieces.
+
+    `step` is the distance between points of the polylines, m.
+    """
+    plain = np.array([road.junction is None for road in road_map.roads], bool)
+    sections = [(k, section.s) for k, road in enumerate(road_map.roads) for section in road.lane_sections[1:]]
+    curve, s = np.array(sections, float).reshape(-1, 2).T
+    offset = road_map.lane_offset
+    curve, s = np.concatenate([curve.astype(np.int64), owners(offset.start)]), np.concatenate([s, offset.s])
+    chosen = plain[curve]
+    plan = cut_at(road_map.plan_view, curve[chosen], s[chosen], _SHORT_REST * step)
+    return with_even_ends(plan, plain, step)
+
+
+def cut_at(plan: PlanView, curve: IntArray, s: FloatArray, least: float) -> PlanView:
+    """Cut arcs and spirals at places (n,), m, none nearer than `least` to a record's ends or the place before it."""
+    row = find_record(plan.start, plan.s, curve, s)
+    ds = s - plan.s[row]
+    bent = (plan.curvature[row] != 0.0) | (plan.rate[row] != 0.0)
+    inside = bent & (ds >= least) & (plan.length[row] - ds >= least)
+    order = np.lexsort((ds[inside], row[inside]))
+    row, ds = row[inside][order], ds[inside][order]
+    apart = np.ones(len(row), bool)
+    apart[1:] = (row[1:] != row[:-1]) | (ds[1:] - ds[:-1] >= least)
+    return cut_records(plan, row[apart], ds[apart])
+
+
+def with_even_ends(plan: PlanView, curves: BoolArray, step: float) -> PlanView:
+    """Cut records of some curves, (curves,), so that the last two pieces of their polylines are equally long.
+
+    `step` is the distance between their points, m.
+    """
+    count = np.ceil(plan.length / step - _ROUNDING)
+    rest = plan.length - step * (count - 1.0)
+    short = np.flatnonzero(curves[owners(plan.start)] & (count > 1) & (rest < _SHORT_REST * step))
+    half, end = 0.5 * (step + rest[short]), plan.length[short]
+    long = count[short] > 2
+    row = np.concatenate([short[long], short])
+    return cut_records(plan, row, np.concatenate([end[long] - 2.0 * half[long], end - half]))

@@ -84,14 +84,14 @@ def test_what_conversions_load_is_loaded_once_for_all(tmp_path: Path) -> None:
 
 
 def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.batch.workers.local.available_memory", lambda: 3_000_000_000)
+    monkeypatch.setattr("osm2xodr.batch.workers.pool.available_memory", lambda: 3_000_000_000)
     taken: list[int] = []
 
     def run(jobs: list[AreaJob]) -> Iterator[object]:
         taken.extend(job.memory for job in jobs)
         return iter(jobs)
 
-    monkeypatch.setattr("osm2xodr.batch.workers.local.run_each", run)
+    monkeypatch.setattr("osm2xodr.batch.workers.pool.run_each", run)
     jobs = [AreaJob("", name, ()) for name in "abcd"]
     for workers in (Workers(2), Workers(9), Workers(2, memory=250_000_000), Workers(100, memory=None)):
         with running(jobs, workers) as outcomes:
@@ -103,7 +103,7 @@ def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.M
     def fail(jobs: list[AreaJob]) -> object:
         raise Osm2xodrError("no process can be started")
 
-    monkeypatch.setattr("osm2xodr.batch.workers.local.run_each", fail)
+    monkeypatch.setattr("osm2xodr.batch.workers.pool.run_each", fail)
     with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("", "a", ())], Workers()) as outcomes:
         list(outcomes)
 

@@ -13,8 +13,8 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.curves import cubic_value, lengths, pose, value_of_cubics
-from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneLink, LaneMovement, assign_lanes
+from osm2xodr.geometry.connections.lane_links import lead_bicycles_on
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)

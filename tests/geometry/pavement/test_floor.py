@@ -16,7 +16,7 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.pavement import Faces, lay_floor
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
-from osm2xodr.geometry.pavement.ends import room_before_ends
+from osm2xodr.geometry.pavement.filling import room_before_ends
 from osm2xodr.geometry.pavement.rays import room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import LaneType, PlanView, Rule

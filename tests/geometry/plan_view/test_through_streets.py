@@ -7,8 +7,8 @@ from street_cases import Case
 
 from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.plan_view.street_smoothing import StreetChains, chain_streets
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
-from osm2xodr.geometry.plan_view.through_streets import StreetChains, chain_streets
 
 _CROSS = {"a": (-100.0, 0.0), "m": (0.0, 0.0), "b": (100.0, 8.0), "c": (0.0, -100.0), "d": (4.0, 100.0)}
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from osm2xodr.model import FloatArray
-from osm2xodr.osmParsing.network.chains import make_chains
+from osm2xodr.osmParsing.network.streets import make_chains
 
 
 def nowhere(pieces: int) -> tuple[FloatArray, FloatArray]:

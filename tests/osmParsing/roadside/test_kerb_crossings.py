@@ -5,7 +5,7 @@ import pytest
 
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.defaults import KERB_REACH
-from osm2xodr.osmParsing.roadside.kerb_crossings import (
+from osm2xodr.osmParsing.roadside.kerbs import (
     Segments,
     Stations,
     covered_edges,

@@ -1,23 +1,34 @@
-"""Traffic lights at junctions and crossings, and the controllers that switch them."""
+"""Traffic lights at junctions and crossings, and the controllers that switch them.
+
+Junctions whose lights are one installation: no queue fits on the short roads with lights between them.
+
+Keeps the poles of lights off lanes: of the own road and of others.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
-from osm2xodr.furniture.lights.heads import Head, approach_heads, lanes_at_stop, people_heads, road_heads
-from osm2xodr.furniture.lights.installations import installations
+import numpy as np
+import scipy.sparse
+from scipy.sparse.csgraph import connected_components
+
+from osm2xodr.furniture import defaults
+from osm2xodr.furniture.defaults import ONE_INSTALLATION
+from osm2xodr.furniture.lights.heads import FOR_PEOPLE, Head, approach_heads, lanes_at_stop, people_heads, road_heads
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.programmes import junction_programmes
 from osm2xodr.furniture.lights.road_lights import RoadLight
-from osm2xodr.furniture.lights.standing import off_lanes, switching
-from osm2xodr.furniture.world import Approach, Crossing, Stop, World
+from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World
 from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
 
 _KIND: Final = Sign.SIGNALS.value
+# How far outwards a head may be moved to where no lane is, m, in the order of trials; choices.
+_STEPS: Final = (-0.3, 0.5, 1.0)
 
 
 @dataclass(slots=True)
@@ -111,3 +122,95 @@ def _on_road(world: World, light: RoadLight, placed: Lights) -> None:
             signals = tuple(sorted(item.id for item in members))
             name = f"{light.osm_ids[0]}, {who}"
             placed.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))
+
+
+def installations(
+    world: World, approaches: Sequence[Approach], lit: Iterable[int], phases: Mapping[int, int]
+) -> list[list[int]]:
+    """Return groups of junctions with lights, by ascending ids.
+
+    Junctions share a group if an approach to one of them, of those with lights (indices `lit`), is a road of up to
+    `ONE_INSTALLATION` that comes from the other. `phases` says how many each junction takes alone: where one is
+    enough, nobody waits for anybody, and other junctions need not be waited for.
+    """
+    ids = sorted(phases)
+    place = {junction: k for k, junction in enumerate(ids) if phases[junction] > 1}
+    pairs = np.array(
+        [
+            (place[approaches[k].junction], place[behind])
+            for k in lit
+            if approaches[k].junction in place
+            and (behind := _junction_behind(world, approaches[k])) in place
+            and world.lanes.length(approaches[k].road) <= ONE_INSTALLATION
+        ],
+        np.int64,
+    ).reshape(-1, 2)
+    links = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(ids), len(ids)))
+    groups: dict[int, list[int]] = {}
+    for junction, group in zip(ids, connected_components(links, directed=False)[1].tolist(), strict=True):
+        groups.setdefault(group, []).append(junction)
+    return list(groups.values())
+
+
+def _junction_behind(world: World, approach: Approach) -> int | None:
+    """Return the id of the junction from which an approach comes; None where it comes from none."""
+    road = world.lanes.road(approach.road)
+    link = road.predecessor if approach.at_end else road.successor
+    return link.id if link is not None and link.to_junction else None
+
+
+def off_lanes(world: World, signals: Sequence[Signal]) -> list[Signal]:
+    """Return heads so that none stands on lanes.
+
+    Those beside the carriageway go a little nearer to it or farther off; where there is no room, those for cars hang
+    above their lanes, and those for people are left out: nobody waits between lanes.
+    """
+    standing = [k for k, item in enumerate(signals) if item.z_offset < defaults.LIGHT_Z_ABOVE]
+    out: list[Signal | None] = list(signals)
+    others = PostClearance(world, [(signals[k].road, signals[k].s) for k in standing])
+    for step in (0.0, *_STEPS):
+        places = [(signals[k].road, signals[k].s, _outwards(world, signals[k], step)) for k in standing]
+        own = [_on_carriageway(world, *place) for place in places]
+        free = [is_free and not on for is_free, on in zip(others.are_free(places), own, strict=True)]
+        for k, (_, _, t), is_free in zip(standing, places, free, strict=True):
+            out[k] = replace(signals[k], t=t) if is_free and step else out[k]
+        standing = [k for k, is_free in zip(standing, free, strict=True) if not is_free]
+    for k in standing:
+        out[k] = _without_room(world, signals[k])
+    return [item for item in out if item is not None]
+
+
+def _on_carriageway(world: World, road: int, s: float, t: float) -> bool:
+    """Return whether a place is on the carriageway of its own road."""
+    left, right = world.lanes.carriageway(road, s)
+    return right < t < left
+
+
+def _outwards(world: World, signal: Signal, step: float) -> float:
+    """Return t of a head that is moved away from the carriageway, m."""
+    left, right = world.lanes.carriageway(signal.road, signal.s)
+    return signal.t + (step if signal.t > 0.5 * (left + right) else -step)
+
+
+def _without_room(world: World, signal: Signal) -> Signal | None:
+    """Return a head for which there is no room beside its road: above its lanes; None for people."""
+    if signal.type == FOR_PEOPLE:
+        words = "a light for people is left out: it would stand on lanes"
+        world.diagnostics.note("light-no-room", signal.osm_id, words)
+        return None
+    lanes = [
+        lane
+        for lane in world.lanes.at(signal.road, signal.s)
+        if any(first <= lane.id <= last for first, last in signal.validity)
+    ]
+    if not lanes:
+        return signal
+    middle = 0.5 * (max(lane.left for lane in lanes) + min(lane.right for lane in lanes))
+    return replace(signal, t=middle, z_offset=defaults.LIGHT_Z_ABOVE)
+
+
+def switching(controllers: Sequence[Controller], signals: Sequence[Signal]) -> list[Controller]:
+    """Return controllers without the heads that have been left out, and none without a head."""
+    there = {item.id for item in signals}
+    kept = [replace(item, signals=tuple(k for k in item.signals if k in there)) for item in controllers]
+    return [item for item in kept if item.signals]

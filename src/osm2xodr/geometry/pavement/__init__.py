@@ -1,7 +1,7 @@
 """The floor of junctions: strips beside connecting roads that close the gaps between their lanes.
 
 `cross_sections` where the lanes' edges are · `gaps` places that lanes enclose and none covers · `rays` how far these
-reach from a lane's edge · `filling` which edges the strips begin at · `ends` how wide they are where lanes end ·
+reach from a lane's edge · `filling` which edges the strips begin at, and how wide they are where lanes end ·
 `widths` their widths in few records · `islands` gaps that are raised · `mapped_islands` areas that are · `faces` ends
 of carriageways that no lane goes on from · `loops` the middle of turning circles
 """

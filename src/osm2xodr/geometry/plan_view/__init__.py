@@ -1,8 +1,7 @@
 """Reference lines: streets as lines, arcs and spirals; docs/method/plan_view.md is their theory.
 
-`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then `street_smoothing`
-(with `through_streets`, `smooth_curves`, `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and
-`cuts_outside_bends`.
+`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, wider bends. Then `street_smoothing`
+(with `smooth_curves`, `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and `cuts_outside_bends`.
 """
 
 from __future__ import annotations

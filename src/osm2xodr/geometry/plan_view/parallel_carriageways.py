@@ -1,25 +1,57 @@
-"""Streets that run side by side move apart, and their lanes become narrow enough, for both carriageways to fit."""
+"""Streets that run side by side move apart, and their lanes become narrow enough, for both carriageways to fit.
+
+Where streets run side by side with too little room for both, and what each of them should give.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths, sorted_unique, starts
+from osm2xodr.curves import Table, find_record, join_tables, lengths, pose, ranks, repeated, sorted_unique, starts
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import PARALLEL_SPACING
+from osm2xodr.geometry.defaults import (
+    ARM_REACH,
+    ARM_REACH_MOTORWAY,
+    FAST_HIGHWAYS,
+    LEAST_MEDIAN,
+    PARALLEL_GAP,
+    PARALLEL_SINE,
+    PARALLEL_SPACING,
+)
 from osm2xodr.geometry.lanes import Piece, cross_section
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.geometry.plan_view.parallel_places import TightPlaces, places_abreast, tight_places
 from osm2xodr.geometry.plan_view.streets import FittedStreets
-from osm2xodr.model import VEHICLE_LANES, FloatArray, IntArray, LaneSpec, Rule, StreetAttributes, StreetNetwork
+from osm2xodr.model import (
+    VEHICLE_LANES,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    LaneSpec,
+    PlanView,
+    Rule,
+    StreetAttributes,
+    StreetNetwork,
+)
 
 # Streets move aside by this or more, m; a choice.
 _LEAST_ASIDE: Final = 0.15
+# Streets side by side lack less than this share of their widths: others lie on each other. A choice.
+_MOST_LACK: Final = 0.5
+# What streets lack less than this is no reason to change them, m; a choice.
+_LEAST_LACK: Final = 0.1
+# Room for rounding where places of two streets are abreast, m, and of shares, %.
+_ABREAST_SLACK: Final = 0.1
+_ROUNDING: Final = 1e-6
+# Where a street in a bend passes another one, places this far apart are compared, m; within half of
+# `PARALLEL_SPACING` the bend turns by less than the angle of this sine (50 degrees). Choices.
+_BEND_SPACING: Final = 1.0
+_BENT_SINE: Final = 0.77
 
 
 def separate_parallel_streets(
@@ -108,3 +140,213 @@ def _width(lane: LaneSpec, share: float) -> float:
     """Return the width of a lane that may keep a share of it, m."""
     width = round(lane.width * share, 2)
     return max(width, min(lane.width, defaults.NARROWEST_LANE)) if lane.type in VEHICLE_LANES else width
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TightPlaces(Table):
+    """Places along streets at which a parallel street leaves too little room, by piece, then s."""
+
+    street: IntArray  # (n,)
+    piece: IntArray  # (n,) Piece of its street, over all streets
+    s: FloatArray  # (n,) m
+    aside: FloatArray  # (n,) How far it should move to the left, m
+    share: FloatArray  # (n,) Of the width of its lanes that fits where nothing moves
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places(Table):
+    """Places along streets."""
+
+    street: IntArray  # (n,)
+    # (n,) Chainage, position, m, and heading, rad
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+
+    @classmethod
+    def on(cls, plan: PlanView, street: IntArray, s: FloatArray) -> _Places:
+        """Return the places at s of streets."""
+        return cls(street, s, *pose(plan, street, s))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacesAbreast(Table):
+    """Places along streets that lie beside a place of another street, (n,), whatever the widths of both."""
+
+    street: IntArray
+    s: FloatArray  # m
+    # The other street, and where on it, m
+    other: IntArray
+    other_s: FloatArray
+    left: FloatArray  # How far to the left the other one lies, m
+    same_way: BoolArray  # Whether it runs the same way
+
+
+def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbreast:
+    """Find the places along streets that lie beside other streets."""
+    plan = fitted.plan_view
+    length = lengths(plan)
+    # Places `PARALLEL_SPACING` or a little more apart along all streets.
+    count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
+    spaced = _Places.on(plan, repeated(count), (ranks(count) + 0.5) * np.repeat(length / count, count))
+    pairs = np.zeros((0, 2), np.int64)
+    if len(spaced.s) > 1:
+        tree = cKDTree(np.column_stack([spaced.x, spaced.y]))
+        pairs = tree.query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
+    one, other = np.ascontiguousarray(pairs.T)
+    sides = _sides(fitted)
+    piece = sides.at(spaced.street, spaced.s)
+    apart = (spaced.street[one] != spaced.street[other]) & (sides.layer[piece[one]] == sides.layer[piece[other]])
+    one, other = one[apart], other[apart]
+    sine = np.abs(np.sin(spaced.hdg[one] - spaced.hdg[other]))
+    parallel, half = sine < PARALLEL_SINE, sides.edges.max(axis=1)[piece]
+    distance = np.hypot(spaced.x[one] - spaced.x[other], spaced.y[one] - spaced.y[other])
+    bent = np.flatnonzero(
+        ~parallel & (sine < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
+    )
+    nodes = _StreetNodes.of(network)
+    bent = bent[~nodes.shared_near(spaced.chosen(one[bent]), spaced.chosen(other[bent]))]
+    nearest = _nearest_places(plan, length, spaced.chosen(one[bent]), spaced.chosen(other[bent]))
+    found = [
+        _abreast(nodes, p, q, slack)
+        for a, b, slack in (
+            (spaced.chosen(one[parallel]), spaced.chosen(other[parallel]), 0.5 * PARALLEL_SPACING),
+            (*nearest, _BEND_SPACING),
+        )
+        for p, q in ((a, b), (b, a))
+    ]
+    return join_tables(found)
+
+
+def tight_places(abreast: PlacesAbreast, fitted: FittedStreets) -> TightPlaces:
+    """Return the places at which streets, as wide as they are now, leave too little room for both."""
+    sides = _sides(fitted)
+    one, two = sides.at(abreast.street, abreast.s), sides.at(abreast.other, abreast.other_s)
+    own = sides.edges[one, np.where(abreast.left > 0, 0, 1)]
+    other = sides.edges[two, np.where((abreast.left > 0) == abreast.same_way, 1, 0)]
+    overlap = own + other - np.abs(abreast.left)
+    motorways = sides.motorway[one] & sides.motorway[two] & ~abreast.same_way
+    lack = overlap + np.where(motorways, LEAST_MEDIAN, PARALLEL_GAP)
+    beside = (overlap < _MOST_LACK * (own + other)) & (own > 0) & (other > 0)
+    chosen = np.flatnonzero(beside & (lack > _LEAST_LACK))
+    chosen = chosen[np.lexsort((abreast.s[chosen], one[chosen]))]
+    one, two, overlap, lack = one[chosen], two[chosen], overlap[chosen], lack[chosen]
+    # Of two carriageways with lanes that OSM's line may leave aside it is the one with more of them.
+    more, less = sides.of_place[one], sides.of_place[two]
+    line = sides.of_line[one] + np.where(more >= less, more, 0.0)
+    other_line = sides.of_line[two] + np.where(less >= more, less, 0.0)
+    both = sides.of_width[one] + sides.of_width[two]
+    aside = -np.sign(abreast.left[chosen]) * lack * line / (line + other_line + both)
+    most = (1.0 - defaults.NARROWEST_SHARE) * sides.half
+    lack = np.maximum(overlap + PARALLEL_GAP, 0.0)
+    narrower = np.minimum(np.maximum(lack * sides.of_width[one] / both, lack - most[two]), most[one])
+    share = np.floor(100.0 * (1.0 - narrower / sides.half[one]) + _ROUNDING) / 100.0
+    return TightPlaces(abreast.street[chosen], one, abreast.s[chosen], aside, share)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sides:
+    """What streets beside a piece of a street want to know of it."""
+
+    # (streets + 1,) Index of each street's first piece; (pieces,) where each begins, m, and its layer
+    first: IntArray
+    begin: FloatArray
+    layer: IntArray
+    edges: FloatArray  # (pieces, 2) Distance of its left and right edge from OSM's line, m
+    half: FloatArray  # (pieces,) Half of its width, m
+    motorway: BoolArray  # (pieces,)
+    # (pieces,) Variances, m2: of OSM's line, of its place among the lanes, and of half of the width
+    of_line: FloatArray
+    of_place: FloatArray
+    of_width: FloatArray
+
+    def at(self, street: IntArray, s: FloatArray) -> IntArray:
+        """Return the pieces at s of streets, (n,)."""
+        return find_record(self.first, self.begin, street, s)
+
+
+def _sides(fitted: FittedStreets) -> _Sides:
+    """Return what streets beside them want to know of all pieces."""
+    every = [piece for pieces in fitted.pieces for piece in pieces]
+    first = starts([len(pieces) for pieces in fitted.pieces])
+    begin = np.array([s for s, _, _ in every])
+    layer = np.array([attributes.layer for _, attributes, _ in every], np.int64)
+    edges = np.array([(section.left_edge, -section.right_edge) for _, _, section in every]).reshape(-1, 2)
+    motorway = np.array([attributes.highway == "motorway" for _, attributes, _ in every], bool)
+    variances = np.array([_variances(attributes) for _, attributes, _ in every]).reshape(-1, 3)
+    return _Sides(first, begin, layer, edges, edges.mean(axis=1), motorway, *variances.T)
+
+
+def _variances(attributes: StreetAttributes) -> tuple[float, float, float]:
+    """Return the variances of OSM's line, of its place among the lanes, and of half of the width, m2.
+
+    The line of a one-way street with more than two lanes may lie in the middle of those that lead on.
+    """
+    lanes = attributes.lanes_ltr
+    width = defaults.ONE_LANE_ERROR if len(lanes) == 1 else len(lanes) * defaults.LANE_ERROR
+    line = 0.0 if attributes.roundabout else defaults.LINE_ERROR
+    one_way = len(attributes.car_directions()) == 1
+    place = 0.25 * sum(lane.width for lane in lanes[2:]) if one_way else 0.0
+    return line**2, place**2, (0.5 * width) ** 2
+
+
+def _nearest_places(plan: PlanView, length: FloatArray, a: _Places, b: _Places) -> tuple[_Places, _Places]:
+    """Return where two streets come nearest to each other around places of theirs, if they run side by side there.
+
+    A street in a bend may touch another one between two places that are not abreast.
+    """
+    steps = np.arange(-0.5 * PARALLEL_SPACING, 0.5 * PARALLEL_SPACING + _BEND_SPACING, _BEND_SPACING)
+    around = []
+    for item in (a, b):
+        s = np.clip(item.s[:, None] + steps, 0.0, length[item.street][:, None])
+        around.append(_Places.on(plan, np.repeat(item.street, len(steps)), s.ravel()))
+    p, q = around
+    shape = (len(a.s), len(steps))
+    dx = p.x.reshape(shape)[:, :, None] - q.x.reshape(shape)[:, None, :]
+    dy = p.y.reshape(shape)[:, :, None] - q.y.reshape(shape)[:, None, :]
+    nearest = np.argmin((dx * dx + dy * dy).reshape(len(a.s), len(steps) ** 2), axis=1)
+    row = len(steps) * np.arange(len(a.s))
+    p, q = p.chosen(row + nearest // len(steps)), q.chosen(row + nearest % len(steps))
+    parallel = np.flatnonzero(np.abs(np.sin(p.hdg - q.hdg)) < PARALLEL_SINE)
+    return p.chosen(parallel), q.chosen(parallel)
+
+
+def _abreast(nodes: _StreetNodes, a: _Places, b: _Places, slack: float) -> PlacesAbreast:
+    """Return which of places a lie beside places b of other streets, both (n,), and are no arms of one junction.
+
+    Places are abreast if one is at most `slack` ahead of the other, m.
+    """
+    dx, dy = b.x - a.x, b.y - a.y
+    ahead = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
+    left = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
+    rows = np.flatnonzero((np.abs(ahead) <= slack + _ABREAST_SLACK) & ~nodes.shared_near(a, b))
+    a, b = a.chosen(rows), b.chosen(rows)
+    return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], np.cos(a.hdg - b.hdg) > 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _StreetNodes:
+    """The nodes at which streets end."""
+
+    xy: FloatArray  # (nodes, 2) m
+    ends: IntArray  # (streets, 2) Those of each street, below 0 for none
+    fast: BoolArray  # (streets,) Whether it is a fast road somewhere
+
+    @classmethod
+    def of(cls, network: StreetNetwork) -> _StreetNodes:
+        """Return those of a network."""
+        xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
+        ends = np.array([(street.start, street.end) for street in network.streets])
+        fast = [any(item.highway in FAST_HIGHWAYS for _, item in street.pieces) for street in network.streets]
+        return cls(xy, ends, np.array(fast))
+
+    def shared_near(self, a: _Places, b: _Places) -> BoolArray:
+        """Say which places a are close to a node at which their streets and those of b end: arms of one junction."""
+        reach = np.where(self.fast[a.street] | self.fast[b.street], ARM_REACH_MOTORWAY, ARM_REACH)
+        near = np.zeros(len(a.s), bool)
+        for p in (0, 1):
+            node = self.ends[a.street, p]
+            shared = (node >= 0) & ((node == self.ends[b.street, 0]) | (node == self.ends[b.street, 1]))
+            near |= shared & (np.hypot(a.x - self.xy[node, 0], a.y - self.xy[node, 1]) < reach)
+        return near

@@ -1,4 +1,4 @@
-"""Corrections of what is read of a map: `elements` left out and kept, `tags` changed, and the `keys` that say so."""
+"""Corrections of what is read of a map: `elements` left out, kept and changed, and the `keys` that say so."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """From ways to streets and intersections, turn restrictions and lane connectivity.
 
-Ways are cut where streets may meet (`pieces`), joined between intersections (`chains`) and given attributes
-(`streets`); one direction is found where it changes with time (`reversible`), a limit where none is given
+Ways are cut where streets may meet (`pieces`), joined between intersections and given attributes (`streets`); one
+direction is found where it changes with time (`reversible`), a limit where none is given
 (`default_speeds`); `relations` say how one may drive from one to another; `country` finds the country and its driving
 side.
 """

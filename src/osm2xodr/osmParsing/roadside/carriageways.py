@@ -1,13 +1,43 @@
-"""What kerbs and the same street before and behind tell of the carriageways of ways."""
+"""What kerbs and the same street before and behind tell of the carriageways of ways.
+
+Where nobody parks for some metres on a street with cars parked along it: its kerb and its lanes run straight on.
+
+Before junctions, at crossings and bus stops mappers cut a street where parking pauses. The carriageway is as wide
+there as before and behind, so the lanes must not take the room of the parked cars.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Final
 
+from osm2xodr.osmParsing.defaults import PARKING_PAUSE_MAX
 from osm2xodr.osmParsing.file import RawWay
+from osm2xodr.osmParsing.roadside.even_kerbs import SAME_CARRIAGEWAY
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces
-from osm2xodr.osmParsing.roadside.parking_pauses import parking_pauses
-from osm2xodr.osmParsing.tags import Kerbs, StreetFacts
+from osm2xodr.osmParsing.roadside.street_chains import street_chains
+from osm2xodr.osmParsing.tags import (
+    BESIDE_TAGS,
+    COUNT_TAGS,
+    LIST_TAGS,
+    PARKING_TAGS,
+    TURN_TAGS,
+    Kerbs,
+    StreetFacts,
+    Tags,
+    read_parking,
+    street_of,
+    tagged_width,
+)
+
+_PARKING: Final = frozenset(PARKING_TAGS)
+_LISTS: Final = frozenset((*LIST_TAGS, *TURN_TAGS))
+# Endings of keys that tell what a lane beside others is like, not that there is one.
+_DETAILS: Final = ("width", ":lane", ":oneway")
+_NO_LANE: Final = frozenset({"no", "none", "separate", "track"})
+_SIDES: Final = frozenset({"left", "right", "forward", "backward"})
 
 
 def street_facts(ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, Kerbs]) -> dict[int, StreetFacts]:
@@ -20,3 +50,73 @@ def street_facts(ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, 
         index: StreetFacts(kerbs.get(index), no_parking=pauses.get(index, (0.0, 0.0)))
         for index in sorted(kerbs.keys() | pauses.keys())
     }
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """A way as seen along its street."""
+
+    way: int  # Its index
+    along: bool  # Whether it runs along the street
+    length: float  # m
+    parking: tuple[float, float]  # What parked cars use of the carriageway on the left and right, m
+    lanes: tuple[tuple[str, str], ...]  # What its tags say of lanes, whatever its direction
+    width: float | None  # Of its carriageway, m; None where it is not known
+
+
+def parking_pauses(
+    ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, Kerbs]
+) -> dict[int, tuple[float, float]]:
+    """Return the room of parked cars before or behind beside ways on which none park, left and right, m, by index.
+
+    `pieces` are those of the ways, `kerbs` those along ways, by index.
+    """
+    streets = [street_of(way.tags) for way in ways]
+    parked = {street for street, way in zip(streets, ways, strict=True) if not _PARKING.isdisjoint(way.tags)} - {None}
+    if not parked:
+        return {}
+    chosen = [index for index, street in enumerate(streets) if street in parked]
+    lengths = pieces.way_lengths(len(ways)).tolist()
+    out: dict[int, tuple[float, float]] = {}
+    for chain in street_chains(ways, streets, chosen):
+        street = [_stretch(ways[way].tags, way, along, lengths[way], kerbs.get(way)) for way, along in chain]
+        for side in (0, 1):
+            for item, room in _rooms(street, side):
+                left, right = out.get(item.way, (0.0, 0.0))
+                out[item.way] = (room, right) if item.along == (side == 0) else (left, room)
+    return out
+
+
+def _stretch(tags: Tags, way: int, along: bool, length: float, kerbs: Kerbs | None) -> _Stretch:
+    left, right = (
+        parking.on_carriageway if (parking := read_parking(tags, side, [])) else 0.0 for side in ("left", "right")
+    )
+    lanes = sorted(
+        (_without_side(key), str(tags[key].count("|")) if key in _LISTS else tags[key])
+        for key in (*COUNT_TAGS, *BESIDE_TAGS, *_LISTS)
+        if tags.get(key, "no") not in _NO_LANE and not key.endswith(_DETAILS)
+    )
+    width = (kerbs.apart if kerbs else None) or tagged_width(tags)
+    return _Stretch(way, along, length, (left, right) if along else (right, left), tuple(lanes), width)
+
+
+def _without_side(key: str) -> str:
+    return ":".join(word for word in key.split(":") if word not in _SIDES)
+
+
+def _rooms(street: Sequence[_Stretch], side: int) -> Iterator[tuple[_Stretch, float]]:
+    """Yield the ways of short pauses on one side (0 left, 1 right), each with the room of the cars around it, m."""
+    runs = [list(run) for _, run in groupby(street, lambda item: item.parking[side] > 0.0)]
+    for k, run in enumerate(runs):
+        if run[0].parking[side] or sum(item.length for item in run) > PARKING_PAUSE_MAX:
+            continue
+        around = [*(runs[k - 1][-1:] if k else ()), *(runs[k + 1][:1] if k + 1 < len(runs) else ())]
+        if all(_goes_on(item, other) for item in run for other in around):
+            room = min((other.parking[side] for other in around), default=0.0)
+            yield from ((item, room) for item in run if room)
+
+
+def _goes_on(item: _Stretch, other: _Stretch) -> bool:
+    """Whether the carriageway of a way is that of another one, as far as its tags and kerbs tell."""
+    apart = abs(item.width - other.width) if item.width is not None and other.width is not None else 0.0
+    return item.lanes == other.lanes and apart <= SAME_CARRIAGEWAY

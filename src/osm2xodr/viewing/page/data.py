@@ -1,4 +1,7 @@
-"""The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js."""
+"""The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js.
+
+The graph of lanes, for the page's routes.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,6 @@ from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, st
 from osm2xodr.viewing.page.bodies import Bodies
 from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
-from osm2xodr.viewing.page.lanes import lane_arrays
 from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
 from osm2xodr.viewing.page.things import Objects, drawing_rules, objects_of, signal_info
 from osm2xodr.viewing.scene import Scene, junction_places
@@ -306,3 +308,24 @@ def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
         for _, begin, end, _ in items:
             out[rows] |= (scene.s[rows] >= begin) & (scene.s[rows] <= end)
     return out
+
+
+def lane_arrays(file: OpenDrive, scene: Scene) -> dict[str, Packed]:
+    """Return where cars drive on each lane of a scene (1 along s, 2 against it, 3 both), and the steps between them.
+
+    Steps are pairs of nodes: twice a lane of the scene, plus 1 against s.
+    """
+    # Loads slowly, as the checks do.
+    from osm2xodr.checking import driving_of
+
+    graph = driving_of(file)
+    drawn = np.full(len(file.lanes.id), -1, np.int64)
+    drawn[scene.lane] = np.arange(len(scene.lane))
+    start, end = (2 * drawn[nodes // 2] + nodes % 2 for nodes in (graph.start, graph.end))
+    kept = (start >= 0) & (end >= 0)
+    traffic = graph.along.astype(np.int32) + 2 * graph.against.astype(np.int32)
+    return {
+        "lane_traffic": traffic[scene.lane].astype(np.int32),
+        "step_start": start[kept].astype(np.int32),
+        "step_end": end[kept].astype(np.int32),
+    }

@@ -1,4 +1,7 @@
-"""A picture of a road network: what is in it and where; `svg` and `png` draw it."""
+"""A picture of a road network: what is in it and where; `svg` and `png` draw it.
+
+Strokes across roads whose heights were not measured.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +24,8 @@ from osm2xodr.viewing.credits import credits_of
 from osm2xodr.viewing.modes import Categories, Mode, drawn_types, lane_speeds, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
-from osm2xodr.viewing.picture.hatching import hatch_lines
 from osm2xodr.viewing.picture.levels import Parts
-from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
+from osm2xodr.viewing.picture.shapes import HATCHING, Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
 from osm2xodr.viewing.unmeasured import unmeasured
@@ -58,6 +60,14 @@ _LATITUDE_MOST: Final = 90.0
 _BOX_ORDER: Final = "write west,south,east,north, longitudes first and third"
 # A strip higher than something by more than this is above it, m: less than the clearance of any bridge for cars.
 _OVERHEAD: Final = 3.0
+# Distance of strokes along the road: m, and pixels, at least; half of the length of a stroke, pixels, at least.
+_APART: Final = 4.0
+_APART_PIXELS: Final = 9.0
+_HALF: Final = 4.0
+# How far the left end of a stroke is ahead of its middle, as a share of what it is beside it.
+_SLANT: Final = 0.7
+# Width, pixels.
+_WIDTH: Final = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,3 +406,23 @@ def _box_in_file(
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         return math.nan, math.nan, math.nan, math.nan
     return float(x.min()), float(y.min()), float(x.max()), float(y.max())
+
+
+def hatch_lines(grid: FloatArray, s: FloatArray, stretches: list[tuple[float, float]], scale: float) -> list[Line]:
+    """Return strokes on a strip, `grid` (stations, borders, 2), pixels, at s (stations,), m, from left to right.
+
+    `stretches` are begin and end of what is hatched, m, and `scale` is pixels per metre.
+    """
+    apart = max(_APART, _APART_PIXELS / scale)
+    # Counted from the start of the road, so that strokes of neighbouring strips are apart as well.
+    places = apart * (0.5 + np.arange(int(s[0] / apart), int(s[-1] / apart) + 1))
+    inside = (places >= s[0]) & (places <= s[-1])
+    places = places[inside & np.any([(places >= a) & (places <= b) for a, b in stretches], axis=0)]
+    edges = [np.column_stack([np.interp(places, s, grid[:, k, axis]) for axis in (0, 1)]) for k in (0, -1)]
+    middle, beside = 0.5 * (edges[0] + edges[1]), 0.5 * (edges[0] - edges[1])
+    size = np.hypot(*beside.T)[:, None]
+    beside = beside * np.fmax(_HALF / np.fmax(size, 1e-9), 1.0)
+    # Left of the road is up where it leads to the right: y counts down.
+    ahead = _SLANT * np.column_stack([-beside[:, 1], beside[:, 0]])
+    ends = zip(middle + beside + ahead, middle - beside - ahead, strict=True)
+    return [Line(np.stack(pair), HATCHING, _WIDTH) for pair in ends]
