@@ -226,7 +226,9 @@ class Crossings(Table):
 def find_crossings(stations: Stations, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments of the same layer within `KERB_REACH`."""
     tree = cKDTree(stations.place)
-    every = join_tables(_crossings(stations, tree, segments.chosen(rows)) for rows in blocks(len(segments.owner)))
+    every = join_tables(
+        _crossings(stations, tree, segments.chosen(rows)) for rows in blocks(max(len(segments.owner), 1))
+    )
     return every.chosen(np.lexsort((every.owner, every.t, every.station)))
 
 
