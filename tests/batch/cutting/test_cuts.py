@@ -14,7 +14,7 @@ from osm_builder import LAT_0, LON_0, Area, write_osm
 from riverside import RIVERSIDE, ROADS_ALONE, SIDE, WITH_SURROUNDINGS
 
 from osm2xodr import projection
-from osm2xodr.batch.cutting import cuts as cutting, source as cut_source, writing as cut_writing
+from osm2xodr.batch.cutting import cuts as cutting, source as cut_source
 from osm2xodr.batch.cutting.cuts import bounds_of, cut_areas
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.diagnostics import Diagnostics
@@ -524,7 +524,7 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pyt
     def fails(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cut_writing, "_add", fails)
+    monkeypatch.setattr(cutting, "_add", fails)
     with pytest.raises(KeyboardInterrupt):
         cut_areas(source, [request(tmp_path, box(-500, -500, 500, 500))])
     assert [path.name for path in tmp_path.iterdir()] == ["area.osm"]
