@@ -91,6 +91,20 @@ def pbf_files() -> dict[str, bytes]:
     }
 
 
+def pbf_that_claims_much(what: str) -> bytes:
+    """Return a pbf file of a few kB of nodes, or of tags of 1 kB each, or of ways, that are all alike."""
+    strings = (b"", b"k" * 1000, b"v" * 1000) if what == "tags" else (b"", b"highway", b"primary")
+    table = _field(0x0A, b"".join(_field(0x0A, text) for text in strings))
+    way = _field(0x1A, b"\x08\x01" + _field(0x12, b"\x01") + _field(0x1A, b"\x02") + _field(0x42, b"\x02\x02"))
+    count = {"nodes": 8_000_000, "tags": 300_000, "ways": 1_000_000}[what]
+    ones = b"\x02" * count
+    dense = _field(0x0A, ones) + _field(0x42, ones) + _field(0x4A, ones)
+    tags = _field(0x52, b"\x01\x02\x00" * count) if what == "tags" else b""
+    group = way * count if what == "ways" else _field(0x12, dense + tags)
+    content = table + _field(0x12, group)
+    return _block(b"OSMHeader", _field(0x0A, _field(0x22, b"OsmSchema-V0.6"))) + _packed(len(content), content)
+
+
 def sparse_raster(path: Path, size: int, transform: Affine, **profile: Any) -> Path:
     """Write a GeoTIFF of size x size cells, none of which is stored."""
     with rasterio.open(

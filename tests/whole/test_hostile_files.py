@@ -81,6 +81,16 @@ def test_sizes_that_are_lies(
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150_000
 
 
+@pytest.mark.parametrize("what", ["nodes", "tags", "ways"])
+def test_few_bytes_of_pbf_that_become_gigabytes(what: str, tmp_path: Path, out: Path) -> None:
+    path = tmp_path / "claims.osm.pbf"
+    path.write_bytes(bombs.pbf_that_claims_much(what))
+    assert path.stat().st_size < 100_000
+    status, error, megabytes = run("convert", path, "-o", out, "-q")
+    assert "far more elements and text than map data of its size" in refusal(status, error)
+    assert megabytes < 400.0
+
+
 # ---------------------------------------------------------------- elevation models
 
 

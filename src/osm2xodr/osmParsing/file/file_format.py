@@ -28,6 +28,7 @@ from osm2xodr.osmParsing.file.copies import (
     too_large,
     unpack,
 )
+from osm2xodr.osmParsing.file.pbf_claims import check_claims
 from osm2xodr.system import plain_text, xml_stream
 
 # Bytes that are read at the start of a file, and in one go of its prolog.
@@ -143,6 +144,7 @@ def open_osm_file(path: Path) -> OsmFile:
             head = stream.read(_HEAD)
     if b"OSMHeader" in head[:64]:
         content.format = "pbf"
+        check_claims(content.path)
         return OsmFile(path, content)
     content.format = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
     try:
