@@ -97,6 +97,35 @@ def test_time_is_bounded_where_nobody_listens(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
+def test_time_is_up_whatever_libraries_make_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """Cython prints what is raised in a callback before it drops it, and codecs wrap it in errors of their own."""
+
+    def decode() -> None:
+        try:
+            time.sleep(30)
+        except LimitError as error:
+            sys.excepthook(type(error), error, error.__traceback__)
+            raise ValueError("decoding failed") from None
+
+    hook = sys.excepthook
+    with pytest.raises(LimitError, match=r"^it takes longer than --timeout 0\.2 s"), limited(None, 0.2):
+        decode()
+    assert sys.excepthook is hook
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("option", "size"), [("-v", 150_000), ("-v", 300_000), ("-d", 60_000), ("-d", 150_000)])
+def test_too_little_memory_to_start(option: str, size: int, tmp_path: Path) -> None:
+    """Where it has no room for its buffers, OpenBLAS tries for ever."""
+    area = tmp_path / "area.osm"
+    area.write_text(street_grid(2), encoding="utf-8")
+    command = f"ulimit {option} {size}; exec {sys.executable} -m osm2xodr convert {area} -o {tmp_path / 'out.xodr'}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, check=False, text=True, timeout=30)
+    assert done.returncode == 1
+    assert f"(ulimit {option}), less than the" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
 def test_memory_is_bounded_and_given_back() -> None:
     before = resource.getrlimit(resource.RLIMIT_DATA)
     with (

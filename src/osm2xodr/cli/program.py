@@ -47,6 +47,8 @@ _DOCUMENTS = (Path(__file__).parents[3] / "docs", Path(sys.prefix) / "share" / "
 
 # Errors of standard streams that are closed, or that lead to a full disk or a dead device.
 _STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
+# What the C library says of libraries for which there is no room.
+_NOT_MAPPED: Final = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
 class _Terminated(BaseException):
@@ -178,6 +180,9 @@ def _system_error(error: OSError, verbose: int) -> int:
 
 def _crash(error: Exception, verbose: int) -> int:
     """Print an unexpected error, on request with its traceback, and return the exit status."""
+    # Libraries are loaded when they are needed.
+    if isinstance(error, ImportError) and any(words in str(error) for words in _NOT_MAPPED):
+        return _fail("the memory is not enough to load the libraries; allow more (ulimit -v, ulimit -d)")
     if verbose > 1:
         traceback.print_exception(error)
     what = f"internal error ({type(error).__name__}: {error}); please report it with the command and the area"

@@ -12,7 +12,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Final, NoReturn
 
 from osm2xodr.errors import Osm2xodrError
@@ -21,6 +21,9 @@ _UNITS: Final = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "KI": 2**10, "MI": 2
 _SECONDS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 # Less is not enough for the interpreter and its libraries to start, bytes.
 LEAST_MEMORY: Final = 200_000_000
+# What the interpreter and its libraries map before there is any data, bytes: without it linear algebra tries for ever
+# to get its buffers. On two cores a small area takes 330 MB, and each thread of the OSM reader maps some more.
+_LEAST_ADDRESSES: Final = 400_000_000
 # How long libraries may go on after the time is up before the process is killed, s.
 _GRACE: Final = 3.0
 # Where Linux tells the bounds on the memory of the process's container.
@@ -86,9 +89,10 @@ def limited(memory: int | None, seconds: float | None, remedy: str = _SMALLER) -
     """Bound the memory and time of a block; None for no bound.
 
     `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `remedy` is
-    what else can be done than to allow more. `LimitError` says that they were not enough, or that the system cannot
-    bound them.
+    what else can be done than to allow more. `LimitError` says that they were not enough, that the system cannot
+    bound them, or that its own bounds (``ulimit``) leave too little to start.
     """
+    _check_system_limits()
     with _memory_limit(memory), _time_limit(seconds, remedy):
         try:
             yield
@@ -100,6 +104,40 @@ def limited(memory: int | None, seconds: float | None, remedy: str = _SMALLER) -
             ) from None
 
 
+def _check_system_limits() -> None:
+    """Refuse to start where the system's bounds on memory leave too little; elsewhere take early what cannot wait."""
+    try:
+        import resource
+    except ImportError:
+        return
+    bounded = False
+    for kind, option, least in (
+        (resource.RLIMIT_AS, "-v", _LEAST_ADDRESSES),
+        (resource.RLIMIT_DATA, "-d", LEAST_MEMORY),
+    ):
+        bound = resource.getrlimit(kind)[0]
+        if bound == resource.RLIM_INFINITY:
+            continue
+        bounded = True
+        if bound < least:
+            raise LimitError(
+                f"the system allows {bound / 1e6:,.0f} MB of memory (ulimit {option}), less than the"
+                f" {least / 1e6:,.0f} MB that it takes to start; allow more"
+            )
+    if bounded:
+        _take_buffers()
+
+
+def _take_buffers() -> None:
+    """Let the libraries of linear algebra allocate their buffers: if they cannot later, they try for ever or exit."""
+    import numpy as np
+    import scipy.linalg
+
+    square = np.eye(2)
+    np.linalg.solve(square @ square, square)
+    scipy.linalg.solve(square, square)
+
+
 @contextlib.contextmanager
 def _memory_limit(memory: int | None) -> Iterator[None]:
     if memory is None:
@@ -109,6 +147,7 @@ def _memory_limit(memory: int | None) -> Iterator[None]:
         import resource
     except ImportError:
         raise LimitError("this system cannot bound memory; leave --max-memory out") from None
+    _take_buffers()
     # Data alone: libraries and files that are mapped for reading are shared and cost nothing.
     before = resource.getrlimit(resource.RLIMIT_DATA)
     hard = before[1]
@@ -129,8 +168,11 @@ def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
         raise LimitError("this system cannot bound time; leave --timeout out")
 
     message = f"it takes longer than --timeout {seconds:g} s; allow more, {remedy}"
+    is_up = False
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
+        nonlocal is_up
+        is_up = True
         raise TimeLimitError(message)
 
     def end_again(lost: sys.UnraisableHookArgs) -> None:
@@ -139,17 +181,28 @@ def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
         else:
             hook(lost)
 
-    # Python drops exceptions that arise in callbacks, as of weak references when modules are imported.
+    def end_unseen(kind: type[BaseException], value: BaseException, trace: TracebackType | None) -> None:
+        if not isinstance(value, LimitError):
+            print_hook(kind, value, trace)
+
+    # Python drops exceptions that arise in callbacks, as of weak references when modules are imported. Those that
+    # arise when GDAL calls back are printed before.
     hook, sys.unraisablehook = sys.unraisablehook, end_again
+    print_hook, sys.excepthook = sys.excepthook, end_unseen
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         with _hard_end(seconds + _GRACE, message):
             yield
+    except Exception:
+        # Libraries turn what interrupts them into errors of their own.
+        if is_up:
+            raise TimeLimitError(message) from None
+        raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-        sys.unraisablehook = hook
+        sys.unraisablehook, sys.excepthook = hook, print_hook
 
 
 @contextlib.contextmanager

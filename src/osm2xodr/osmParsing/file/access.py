@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ import osmium
 
 from osm2xodr.errors import InputError
 from osm2xodr.osmParsing.file.file_format import OsmFile
+from osm2xodr.system import LimitError
 
 # Longest quotation of libosmium's messages, characters.
 _CAUSE_MAX: Final = 200
@@ -66,6 +68,9 @@ def readable(file: OsmFile) -> Iterator[None]:
     try:
         yield
     except (RuntimeError, ValueError, OSError, osmium.InvalidLocationError) as error:
+        if str(error) == os.strerror(errno.EAGAIN):
+            words = "the system gives no further threads; allow more of them (ulimit -u), or more memory (ulimit -v)"
+            raise LimitError(f"{file.path} cannot be read: {words}") from None
         # The cause may quote the damaged content: one line of it, and only what can be printed.
         quoted = "".join(letter if letter.isprintable() else " " for letter in str(error))
         cause = " ".join(quoted.split())[:_CAUSE_MAX].rstrip(". ") or type(error).__name__
