@@ -63,6 +63,7 @@ _PRELOADED: Final = (
     "configparser",
     "pyproj",
     "rasterio.windows",
+    "resource",
     "scipy.interpolate",
     "scipy.ndimage",
     "scipy.sparse.csgraph",
