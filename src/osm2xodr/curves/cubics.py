@@ -24,6 +24,12 @@ def smooth_step(share: FloatArray) -> FloatArray:
     return out
 
 
+def smooth_cubic(s: float, length: float, start: float, end: float) -> Cubic:
+    """Return the cubic from one value to another over a length with no slope at either end."""
+    rise = end - start
+    return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
+
+
 def cubic_value(
     profile: CubicProfile, curve: IntArray, s: FloatArray, *, order: int = 0, before: bool = False
 ) -> FloatArray:

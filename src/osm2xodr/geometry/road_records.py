@@ -11,12 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, owners, sorted_unique, starts
+from osm2xodr.curves import lengths, owners, smooth_cubic, sorted_unique, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.defaults import SHORTEST_NAME
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
-from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_cubic
+from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.geometry.margins import SidewalkEnds, has_width, inner_width
 from osm2xodr.geometry.pavement import Floor
 from osm2xodr.model import (
@@ -232,7 +232,7 @@ def _types_between(
     connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout]
 ) -> dict[tuple[int, int], tuple[RoadType, ...]]:
     """Return the road types between road ends: that of the entry, with the lower one of both speed limits."""
-    pairs = {pair: None for pair in zip(connecting.entry.tolist(), connecting.exit.tolist(), strict=True)}
+    pairs = dict.fromkeys(zip(connecting.entry.tolist(), connecting.exit.tolist(), strict=True))
     at = {end: parts.at_end(end).attributes for end in {end for pair in pairs for end in pair}}
     shared: dict[tuple[str, float | None], tuple[RoadType, ...]] = {}
     out: dict[tuple[int, int], tuple[RoadType, ...]] = {}

@@ -85,7 +85,7 @@ def test_ground_keeps_weight_and_gets_it_back() -> None:
 
 
 def test_stages_give_way_over_shorter_and_shorter_lengths() -> None:
-    beams = Beams(np.array([5e-5, 1e-12]), np.array([0.05, 0.05]), np.ones(2))
+    beams = Beams(np.array([5e-5, 1e-12]), np.array([0.05, 0.05]))
     seen: list[FloatArray] = []
 
     def stiffness(flexibility: FloatArray) -> sp.csr_matrix:

@@ -47,7 +47,7 @@ def network_of_problem(problem: ProfileProblem, spacing: float = 25.0) -> Networ
 
 def beams_of(network: Network) -> Beams:
     elements = len(network.elements.h)
-    return Beams(np.full(elements, 5e-5), np.full(elements, 0.05), np.full(elements, 2.0))
+    return Beams(np.full(elements, 5e-5), np.full(elements, 0.05))
 
 
 def on_ground(network: Network, slope: float = 0.0) -> Reading:

@@ -14,8 +14,9 @@ from road_measures import assert_sound, lane_edges, profile_value, width_at
 from street_cases import Case
 
 from osm2xodr.conventions import find_country
+from osm2xodr.curves.cubics import smooth_cubic
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes import smooth_cubic, without_repeats
+from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
 from osm2xodr.geometry.lanes.tapers import sharp_joints, taper_zones

@@ -10,11 +10,12 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import lengths, pose, runs
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import Network, end_poses, rows_matrix
+from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, rows_matrix
 from osm2xodr.geometry.heights.limits import FIRM_STIFFNESS_RATIO, STIFFNESS_RATIO, Limits, within
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ProfileProblem,
+    at_junctions,
     end_spans,
     fast_spans,
     span_sides,
@@ -69,6 +70,7 @@ class _Ends:
     half: FloatArray
     middle: FloatArray
     fast: BoolArray  # (2 R,) Whether the road is built for speed
+    warped: BoolArray  # (2 R,) Whether they may be warped
     # (pairs,) Ends at the same junction
     a: IntArray
     b: IntArray
@@ -78,7 +80,13 @@ def _look_at_ends(problem: ProfileProblem) -> _Ends:
     junction, span = problem.end_junction.ravel(), end_spans(problem).ravel()
     half, middle = (side[span] for side in span_sides(problem))
     pairs = _arm_pairs(junction, len(problem.junction_xy))
-    return _Ends(junction, *end_poses(problem), half, middle, fast_spans(problem)[span], *pairs)
+    fast, warped = fast_spans(problem)[span], at_junctions(problem.warped, junction)
+    return _Ends(junction, *end_poses(problem), half, middle, fast, warped, *pairs)
+
+
+def _tilt_rows(j: IntArray, weights: FloatArray, columns: int) -> sp.csr_matrix:
+    """Return rows over the unknowns of which each is the gradient of a junction's plane times weights, (n, 2)."""
+    return rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), weights, columns)
 
 
 def _limit_twist(
@@ -94,7 +102,7 @@ def _limit_twist(
     arm = np.flatnonzero(ends.junction >= 0)
     j, slope = ends.junction[arm], slope[arm]
     across = np.column_stack([-np.sin(ends.hdg), np.cos(ends.hdg)])
-    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across[arm], columns)
+    rows = _tilt_rows(j, across[arm], columns)
     k = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
     usual = _moment(density, defaults.USUAL_PUSH_SIGMAS * sigma)
     bound = np.where(ends.fast[arm], defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
@@ -104,10 +112,10 @@ def _limit_twist(
     beside = _step_beside(ends)[arm]
     bound = np.minimum(bound, beside)
     cap = np.where(np.isfinite(beside), _moment(density, defaults.FIRM_PUSH)[j], cap)
-    warped, most = _warped_ends(problem), np.repeat(longest_warp(problem), 2)
-    both = warped & warped[np.arange(len(warped)) ^ 1]
+    warped, most = ends.warped[arm], np.repeat(longest_warp(problem), 2)
+    both = ends.warped & ends.warped[np.arange(len(ends.warped)) ^ 1]
     own = np.where(both, defaults.WARP_MAX, np.minimum(defaults.WARP_MAX, most))
-    bound, cap = np.where(warped[arm], own[arm], bound), np.where(warped[arm], usual[j], cap)
+    bound, cap = np.where(warped, own[arm], bound), np.where(warped, usual[j], cap)
     carried = slope != 0.0
     bound = np.where(carried, defaults.CARRIED_CROSS_SLOPE_MAX, bound)
     stiffness = STIFFNESS_RATIO * np.where(carried, _CARRIED_STIFFER, 1.0) * k[j]
@@ -117,9 +125,10 @@ def _limit_twist(
     dofs = np.column_stack([3 * a + 1, 3 * a + 2, 3 * b + 1, 3 * b + 2])
     rows = rows_matrix(dofs, np.column_stack([across[first], -across[first + 1]]), columns)
     change = within(rows, most[first], STIFFNESS_RATIO * k[a], usual[a])
-    turns = _turning_twist(problem, across, warped)
+    rows, j, length = _turning_twist(problem, across, ends.warped)
     caps = ((defaults.TWIST_MAX, usual), (defaults.TURNING_TWIST_MAX, _moment(density, defaults.FIRM_PUSH)))
-    return [single, change, *(_limit_turning_twist(*turns, most, k, cap) for most, cap in caps)]
+    turning = [within(rows, most * length, STIFFNESS_RATIO * k[j], cap[j]) for most, cap in caps]
+    return [single, change, *turning]
 
 
 def _turning_twist(
@@ -138,27 +147,12 @@ def _turning_twist(
     entry, exit_, j = connectors.start_end[row], connectors.end_end[row], connectors.junction[row]
     turned = np.where(exit_ % 2 == 0, 1.0, -1.0)[:, None] * across[exit_]
     turned = turned - np.where(entry % 2 == 1, 1.0, -1.0)[:, None] * across[entry]
-    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), turned, columns)
-    return rows, j, lengths(connectors.plan_view)[row]
-
-
-def _limit_turning_twist(
-    rows: sp.csr_matrix, j: IntArray, length: FloatArray, most: float, k: FloatArray, cap: FloatArray
-) -> Limits:
-    """Return the limits on what connecting roads twist by, `most`, rad/m, in the mean, from `_turning_twist`."""
-    return within(rows, most * length, STIFFNESS_RATIO * k[j], cap[j])
+    return _tilt_rows(j, turned, columns), j, lengths(connectors.plan_view)[row]
 
 
 def _driven(connectors: ConnectorProblem) -> BoolArray:
     """Return which connecting roads are carriageways, (C,)."""
     return np.ones(len(connectors.junction), bool) if connectors.beside is None else ~connectors.beside
-
-
-def _warped_ends(problem: ProfileProblem) -> BoolArray:
-    """Return the road ends that may be warped, (2 R,)."""
-    junction = problem.end_junction.ravel()
-    # Road ends at no junction, whose number is -1, have the last one.
-    return np.zeros(len(junction), bool) if problem.warped is None else np.append(problem.warped, False)[junction]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,28 +170,25 @@ class _Paths:
 
     def heights(self, at: IntArray, s: FloatArray) -> sp.csr_matrix:
         """Return the rows of the heights at s, m, of some paths: of the cubics between their ends."""
-        h = self.length[at]
-        u = s / h
-        weights = (1 - 3 * u**2 + 2 * u**3, h * u * (1 - u) ** 2, u**2 * (3 - 2 * u), h * u**2 * (u - 1))
+        weights = hermite(s / self.length[at], self.length[at]).T
         rows = (self.z0, self.g0, self.z1, self.g1)
         return sp.csr_matrix(sum(sp.diags(w) @ value[at] for w, value in zip(weights, rows, strict=True)))
 
 
 def _look_at_paths(network: Network, ends: _Ends, connectors: ConnectorProblem) -> _Paths:
-    problem, columns = network.problem, network.unknowns.to_knots.shape[1]
+    columns = network.unknowns.to_knots.shape[1]
     row = np.flatnonzero(_driven(connectors))
     entry, exit_, j = connectors.start_end[row], connectors.end_end[row], connectors.junction[row]
     length = np.maximum(lengths(connectors.plan_view)[row], _SHORTEST_PATH)
     knot, size = network.elements.end_knots.ravel(), network.unknowns.to_knots.shape[0]
-    warped = _warped_ends(problem)
 
     def at(end: IntArray, along: FloatArray, t: FloatArray) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         one = np.ones((len(end), 1))
         height = network.in_unknowns(rows_matrix(2 * knot[end][:, None], one, size))
         grade = network.in_unknowns(rows_matrix(2 * knot[end][:, None] + 1, along[:, None], size))
-        lever = np.where(warped[end], t, 0.0)[:, None]
+        lever = np.where(ends.warped[end], t, 0.0)[:, None]
         across = lever * np.column_stack([-np.sin(ends.hdg[end]), np.cos(ends.hdg[end])])
-        return height + rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns), grade
+        return height + _tilt_rows(j, across, columns), grade
 
     begin = at(entry, np.where(entry % 2 == 1, 1.0, -1.0), connectors.start_t[row])
     return _Paths(row, j, length, *begin, *at(exit_, np.where(exit_ % 2 == 0, 1.0, -1.0), connectors.end_t[row]))
@@ -240,9 +231,8 @@ def _limit_partings(
     dx, dy = xa - xb, ya - yb
     apart = np.hypot(dx, dy)
     rows = paths.heights(a, s_a) - paths.heights(b, s_b)
-    warped = np.zeros(len(problem.junction_xy), bool) if problem.warped is None else problem.warped
-    tilt = -np.column_stack([dx, dy]) * warped[j][:, None]
-    rows = sp.diags(1.0 / apart) @ (rows + rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), tilt, rows.shape[1]))
+    tilt = -np.column_stack([dx, dy]) * at_junctions(problem.warped, j)[:, None]
+    rows = sp.diags(1.0 / apart) @ (rows + _tilt_rows(j, tilt, rows.shape[1]))
     reach = np.min([s_a, paths.length[a] - s_a, s_b, paths.length[b] - s_b], axis=0)
     bound = np.maximum(defaults.CROSS_SLOPE_MAX, _PARTING_TWIST * defaults.TWIST_MAX * reach)
     return within(sp.csr_matrix(rows), bound, STIFFNESS_RATIO * k[j], cap[j])
@@ -253,25 +243,20 @@ def _partings(connectors: ConnectorProblem, paths: _Paths) -> tuple[IntArray, In
 
     Only those that begin, or end, on each other.
     """
+    half, share = connectors.half_width[paths.row], np.arange(_PARTING_STEPS + 1) / _PARTING_STEPS
     found = []
-    for end, sign in ((connectors.start_end[paths.row], 1.0), (connectors.end_end[paths.row], -1.0)):
+    for end, from_start in ((connectors.start_end[paths.row], True), (connectors.end_end[paths.row], False)):
         a, b = _arm_pairs(end, int(end.max(initial=-1)) + 1)
-        half = connectors.half_width[paths.row]
-        touch = half[a] + half[b]
-        share = np.arange(1, _PARTING_STEPS + 1) / _PARTING_STEPS
-        s = np.minimum(paths.length[a], paths.length[b])[:, None] * np.r_[0.0, share]
-        place = []
-        for path in (a, b):
-            along = s if sign > 0 else paths.length[path][:, None] - s
-            x, y, _ = pose(connectors.plan_view, np.repeat(paths.row[path], s.shape[1]), along.ravel())
-            place.append((x.reshape(s.shape), y.reshape(s.shape)))
-        apart = np.hypot(place[0][0] - place[1][0], place[0][1] - place[1][1])
-        beyond = apart >= touch[:, None]
+        s = np.minimum(paths.length[a], paths.length[b])[:, None] * share
+        s_a, s_b = (s if from_start else paths.length[path][:, None] - s for path in (a, b))
+        (xa, ya, _), (xb, yb, _) = (
+            pose(connectors.plan_view, np.repeat(paths.row[path], s.shape[1]), along.ravel())
+            for path, along in ((a, s_a), (b, s_b))
+        )
+        beyond = np.hypot(xa - xb, ya - yb).reshape(s.shape) >= (half[a] + half[b])[:, None]
         at = np.argmax(beyond, axis=1)
         keep = np.flatnonzero(beyond.any(axis=1) & (at > 0))
-        near = s[keep, at[keep]]
-        s_a, s_b = (near if sign > 0 else paths.length[path[keep]] - near for path in (a, b))
-        found.append((a[keep], b[keep], s_a, s_b))
+        found.append((a[keep], b[keep], s_a[keep, at[keep]], s_b[keep, at[keep]]))
     a, b, s_a, s_b = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return a, b, s_a, s_b
 
@@ -283,9 +268,9 @@ def _limit_steps(network: Network, ends: _Ends, density: FloatArray, slope: Floa
     dofs = np.column_stack([2 * knot[b], 2 * knot[a], 2 * knot[a] + 1])
     rows = network.in_unknowns(rows_matrix(dofs, np.column_stack([np.ones(len(a)), -np.ones(len(a)), -along]), size))
     tilt = np.column_stack([-np.sin(ends.hdg[a]), np.cos(ends.hdg[a])]) * across[:, None]
-    tilt = np.where(_warped_ends(network.problem)[a][:, None], -tilt, 0.0)
+    tilt = np.where(ends.warped[a][:, None], -tilt, 0.0)
     far, j = np.maximum(np.abs(across), _SHORTEST_PATH), ends.junction[a]
-    rows = rows + rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), tilt, rows.shape[1])
+    rows = rows + _tilt_rows(j, tilt, rows.shape[1])
     bound = np.minimum(defaults.JUNCTION_EDGE_STEP_MAX / far, defaults.FAST_CROSS_SLOPE_MAX)
     stiffness = FIRM_STIFFNESS_RATIO * rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)[j]
     about, cap = slope[a] * across / far, _moment(density, defaults.FIRM_PUSH)[j]

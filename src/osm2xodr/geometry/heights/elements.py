@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import find_record, lengths, pose, ranks
-from osm2xodr.geometry.heights.problem import ProfileProblem, span_at, span_roads
+from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, span_at, span_roads
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Weights (n, 4) of an element's degrees of freedom at u, (n,), of elements of length h, (n,), m
@@ -260,9 +260,7 @@ def _end_owners(problem: ProfileProblem) -> IntArray:
 
 def on_plane(problem: ProfileProblem) -> BoolArray:
     """Return the road ends that lie on the plane of their junction, (2 R,)."""
-    junction = problem.end_junction.ravel()
-    # Road ends at no junction, whose number is -1, have the last one.
-    return np.zeros(len(junction), bool) if problem.carried is None else np.append(problem.carried, False)[junction]
+    return at_junctions(problem.carried, problem.end_junction.ravel())
 
 
 def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[IntArray, IntArray, FloatArray]]:

@@ -19,10 +19,7 @@ from osm2xodr.geometry.heights.elements import (
     rows_matrix,
 )
 from osm2xodr.geometry.heights.observations import earthwork_samples
-from osm2xodr.geometry.heights.problem import (
-    ProfileProblem,
-    span_at,
-)
+from osm2xodr.geometry.heights.problem import class_values, span_at
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.relief import ground_grades
 from osm2xodr.geometry.heights.speeds import driven_speeds, span_speeds
@@ -165,10 +162,11 @@ def limit_curvatures(network: Network, beams: Beams) -> Limits:
     return within(rows, bound, STIFFNESS_RATIO * bend[e], cap[e])
 
 
-def deepest_cuts(problem: ProfileProblem) -> FloatArray:
-    """Return how deep cuts, and how high fills, of roads of each span's class are, (K,), m."""
-    names = problem.span_highway
-    return np.array([defaults.CUT_AND_FILL.get(name, defaults.CUT_AND_FILL_OTHER) for name in names], np.float64)
+def deepest_cuts(network: Network, reading: Reading, at: IntArray) -> FloatArray:
+    """Return how far roads of their class may lie from the ground at some samples, (n,), m: as sure as it is."""
+    most = class_values(network.problem, defaults.CUT_AND_FILL, defaults.CUT_AND_FILL_OTHER)
+    span = network.elements.span[network.samples.element[at]]
+    return np.asarray(most[span] + defaults.CUT_AND_FILL_SIGMAS * reading.sigma[at])
 
 
 def limit_cut_and_fill(network: Network, reading: Reading, beams: Beams, mean: float) -> Limits:
@@ -176,11 +174,10 @@ def limit_cut_and_fill(network: Network, reading: Reading, beams: Beams, mean: f
 
     What the elevation model does not show counts for neither side, and no ground near structures.
     """
-    samples, elements = network.samples, network.elements
+    samples = network.samples
     at = np.flatnonzero(earthwork_samples(network, reading))
-    element = samples.element[at]
-    rows = network.in_unknowns(network.knot_rows(element, samples.u[at], hermite))
-    bound = deepest_cuts(network.problem)[elements.span[element]] + defaults.CUT_AND_FILL_SIGMAS * reading.sigma[at]
+    rows = network.in_unknowns(network.knot_rows(samples.element[at], samples.u[at], hermite))
+    bound = deepest_cuts(network, reading, at)
     k = reading.density[at] * samples.ds[at]
     return within(rows, bound, STIFFNESS_RATIO * k, defaults.CUT_AND_FILL_PUSH * k, about=reading.z[at] - mean)
 

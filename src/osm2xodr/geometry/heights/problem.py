@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from osm2xodr.conventions import SUPERELEVATION
-from osm2xodr.curves import chosen_curves, find_record, runs
+from osm2xodr.curves import chosen_curves, find_record, runs, starts
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
@@ -330,6 +330,16 @@ def _parse_limit(name: str, value: str) -> float:
     return limit
 
 
+def class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
+    """Return a table's value for each span's class, (K,)."""
+    return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
+
+
+def at_junctions(chosen: BoolArray | None, junction: IntArray) -> BoolArray:
+    """Say which of some places, of any shape, lie at junctions that are chosen, (J,); those at none, -1, do not."""
+    return np.zeros(junction.shape, bool) if chosen is None else np.append(chosen, False)[junction]
+
+
 # ---------------------------------------------------------------- part of a network, as a problem of its own
 
 _SPAN_COLUMNS: Final = tuple(
@@ -366,7 +376,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         end_junction=of_junction[problem.end_junction[chosen]],
         end_link=_renumbered(problem.end_link[chosen], number),
         junction_xy=problem.junction_xy[junctions],
-        span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
+        span_start=starts(spans),
         span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
         **columns,
         ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],

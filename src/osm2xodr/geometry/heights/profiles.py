@@ -6,7 +6,6 @@ them with elastic force. Start reading at `solve_profiles`; the mathematics is i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -41,7 +40,13 @@ from osm2xodr.geometry.heights.limits import (
 )
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
-from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, chosen_roads
+from osm2xodr.geometry.heights.problem import (
+    ElevationOptions,
+    ProfileProblem,
+    ProfileSolution,
+    chosen_roads,
+    class_values,
+)
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_ground
 from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
 from osm2xodr.geometry.heights.relief import estimated_elements, road_flexibility
@@ -252,7 +257,7 @@ def _build_model(
 ) -> _Model:
     """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
     problem, elements = network.problem, network.elements
-    factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
+    factor = class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
     flexibility = road_flexibility(network, reading, defaults.ROAD_FLEXIBILITY * factor[elements.span])
     leveling = np.where(estimated_elements(network, reading), 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
@@ -263,18 +268,13 @@ def _build_model(
         reading,
         at_junctions,
         mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
-        grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
-        beams=Beams(flexibility, *(value[elements.road] for value in typical_ground(reading, cell))),
+        grade_limit=class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
+        beams=Beams(flexibility, typical_ground(reading, cell)[0][elements.road]),
         chains=chains,
         leveling=leveling,
         crossings=crossings,
         meets=meets,
     )
-
-
-def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
-    """Return a table's value for each span's class, (K,)."""
-    return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
 
 
 def _collect_limits(
@@ -291,7 +291,7 @@ def _collect_limits(
     known = limit_known(network, model.beams, model.mean)
     density, sigma = typical_ground(model.reading, model.at_junctions.cell)
     span = network.elements.span
-    usual = limit == _class_values(network.problem, GRADE_LIMIT, GRADE_LIMIT_OTHER)
+    usual = limit == class_values(network.problem, GRADE_LIMIT, GRADE_LIMIT_OTHER)
     blocks = [
         *limit_grades(network, model.reading, limit[span], ~usual[span], model.beams),
         limit_curvatures(network, model.beams),

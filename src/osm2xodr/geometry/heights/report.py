@@ -237,12 +237,10 @@ def _report_inclines(problem: ProfileProblem, diagnostics: Diagnostics) -> None:
 
 def _report_off_ground(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
     """Report ways that lie farther off the ground than cuts and fills of their class are deep, and why."""
-    samples, problem = network.samples, network.problem
     at = np.flatnonzero(earthwork_samples(network, outcome.reading))
-    span = network.elements.span[samples.element[at]]
     off = (outcome.z - outcome.reading.z)[at]
-    beyond = np.abs(off) - deepest_cuts(problem)[span] - defaults.CUT_AND_FILL_SIGMAS * outcome.reading.sigma[at]
-    way = problem.span_way[span]
+    beyond = np.abs(off) - deepest_cuts(network, outcome.reading, at)
+    way = network.problem.span_way[network.elements.span[network.samples.element[at]]]
     for k in _largest_of_each(way, beyond).tolist():
         if beyond[k] > _OFF_GROUND_FROM:
             side = "above" if off[k] > 0.0 else "below"

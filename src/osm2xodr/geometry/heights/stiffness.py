@@ -43,7 +43,6 @@ class Beams:
 
     flexibility: FloatArray  # (E,) q: the road's share of the penalty on z''² is 1 / q, 1/m
     density: FloatArray  # (E,) w: usual weight of the observed heights per metre of road, 1/m³
-    sigma: FloatArray  # (E,) Usual standard error of these heights, m
 
 
 def rotation_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.lanes.carriageway_lanes import smooth_cubic, without_repeats
+from osm2xodr.geometry.lanes.carriageway_lanes import without_repeats
 from osm2xodr.geometry.lanes.cross_sections import (
     CrossSection,
     EndLane,
@@ -48,7 +48,6 @@ __all__ = [
     "room_for_tapers",
     "sharp_joints",
     "shifted_stretch",
-    "smooth_cubic",
     "stretches",
     "taper_zones",
     "with_narrow_ends",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
 
-from osm2xodr.curves import part_of_cubics
+from osm2xodr.curves import part_of_cubics, smooth_cubic
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.geometry.lanes.tapers import TaperZone
@@ -190,12 +190,6 @@ def _sum(records: Sequence[Sequence[Cubic]], side: int, begin: float, end: float
 
 
 # ---------------------------------------------------------------- cubics
-
-
-def smooth_cubic(s: float, length: float, start: float, end: float) -> Cubic:
-    """Return the cubic from one value to another over a length with no slope at either end."""
-    rise = end - start
-    return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
 
 
 def gentle_step(s: float, length: float, start: float, end: float) -> list[Cubic]:

@@ -9,10 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, pose, record_ends, smooth_step, unique_inverse
+from osm2xodr.curves import Table, pose, record_ends, smooth_cubic, smooth_step, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
-from osm2xodr.geometry.lanes import smooth_cubic
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import PROBES, onto_lanes, onto_roads
 from osm2xodr.geometry.margins.corner_pairs import arms_in_order, walks_at

@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import part_of_cubics, value_of_cubics
+from osm2xodr.curves import part_of_cubics, smooth_cubic, value_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
-from osm2xodr.geometry.lanes import smooth_cubic, without_repeats
+from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch, Wedge
 from osm2xodr.model import Cubic, LaneType, MarginSpec

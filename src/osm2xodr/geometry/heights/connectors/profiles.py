@@ -17,7 +17,14 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.connectors.easing import ease_profiles, largest_acceleration
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import Stations, junction_surfaces, surface_heights
-from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
+from osm2xodr.geometry.heights.problem import (
+    ConnectorProblem,
+    ProfileProblem,
+    ProfileSolution,
+    at_junctions,
+    end_spans,
+    fast_spans,
+)
 from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
 from osm2xodr.geometry.heights.speeds import connector_speeds, fastest_around
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
@@ -113,20 +120,21 @@ def _uneven_profiles(
     """Return the profiles of connecting roads on surfaces that are not level."""
     along = _sample(connectors)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
-    junction = connectors.junction[along.curve]
-    surfaces = junction_surfaces(problem, connectors, solution)
-    z, gx, gy = surface_heights(surfaces, junction, x, y)
-    cos, sin = np.cos(hdg), np.sin(hdg)
-    heights = _lay_heights(along, problem, connectors, solution, z, gx * cos + gy * sin)
-    moved = _largest(along.start, np.abs(heights.z - heights.on_surface)) > defaults.CONNECTOR_TOLERANCE
-    if moved.any():
-        at = np.flatnonzero(moved[along.curve] & along.inner_quarters())
-        more = Stations(junction[at], x[at], y[at], hdg[at], heights.z[at], heights.grade[at])
+    junction, cos, sin = connectors.junction[along.curve], np.cos(hdg), np.sin(hdg)
+
+    def lay(more: Stations | None = None) -> tuple[_LaidHeights, FloatArray]:
+        """Return the heights on surfaces that pass some more places, and the surfaces' slope across."""
         surfaces = junction_surfaces(problem, connectors, solution, more)
         z, gx, gy = surface_heights(surfaces, junction, x, y)
         heights = _lay_heights(along, problem, connectors, solution, z, gx * cos + gy * sin)
-    elevation = heights.records(along)
-    return elevation, _fit_superelevation(along, problem, connectors, solution, gy * cos - gx * sin)
+        return heights, gy * cos - gx * sin
+
+    heights, cross = lay()
+    moved = _largest(along.start, np.abs(heights.z - heights.on_surface)) > defaults.CONNECTOR_TOLERANCE
+    if moved.any():
+        at = np.flatnonzero(moved[along.curve] & along.inner_quarters())
+        heights, cross = lay(Stations(junction[at], x[at], y[at], hdg[at], heights.z[at], heights.grade[at]))
+    return heights.records(along), _fit_superelevation(along, problem, connectors, solution, cross)
 
 
 def _level_profiles(connectors: ConnectorProblem, solution: ProfileSolution) -> tuple[CubicProfile, CubicProfile]:
@@ -301,9 +309,8 @@ def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> Flo
     """
     fast = fast_spans(problem)[end_spans(problem).ravel()]
     both = fast[connectors.start_end] & fast[connectors.end_end]
-    warped = np.zeros(len(both), bool) if problem.warped is None else problem.warped[connectors.junction]
     usual = np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
-    return np.where(warped, defaults.TURNING_TWIST_MAX, usual)
+    return np.where(at_junctions(problem.warped, connectors.junction), defaults.TURNING_TWIST_MAX, usual)
 
 
 def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray, ends: FloatArray) -> FloatArray:

@@ -11,12 +11,12 @@ have one height there, because both take it from the same surface. Formulas: doc
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, runs
+from osm2xodr.curves import Table, owners, runs
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
@@ -96,7 +96,7 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stations:
+class Stations(Table):
     """Places with a heading that surfaces of junctions pass with a height and a grade along it."""
 
     junction: IntArray  # (n,)
@@ -128,7 +128,8 @@ def junction_surfaces(
     planes, origin = solution.junction_plane, problem.junction_xy
     stations = _stations_at_arms(_collect_arms(problem, connectors, solution))
     if more is not None:
-        stations = _join(stations, _beyond_planes(more, planes, origin))
+        stations = stations.joined(_beyond_planes(more, planes, origin))
+        stations = stations.chosen(np.argsort(stations.junction, kind="stable"))
     x, y, cos, sin = stations.x, stations.y, np.cos(stations.hdg), np.sin(stations.hdg)
     height, grade = stations.height, stations.grade
     start = np.searchsorted(stations.junction, np.arange(len(planes) + 1)).astype(np.int64)
@@ -162,14 +163,6 @@ def _beyond_planes(stations: Stations, planes: FloatArray, origin: FloatArray) -
     dx, dy = (np.column_stack([stations.x, stations.y]) - origin[stations.junction]).T
     grade = gx * np.cos(stations.hdg) + gy * np.sin(stations.hdg)
     return replace(stations, height=stations.height - z - gx * dx - gy * dy, grade=stations.grade - grade)
-
-
-def _join(first: Stations, second: Stations) -> Stations:
-    """Return both, by junction."""
-    order = np.argsort(np.concatenate([first.junction, second.junction]), kind="stable")
-    names = [field.name for field in fields(Stations)]
-    columns = (np.concatenate([getattr(first, name), getattr(second, name)])[order] for name in names)
-    return Stations(*columns)
 
 
 def _solve_kernels(

@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, profile_of
+from osm2xodr.curves import lengths, profile_of, smooth_cubic
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import end_poses
-from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, span_sides
+from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, end_spans, span_sides
 from osm2xodr.geometry.heights.speeds import span_speeds
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, Surface
 
@@ -63,7 +63,7 @@ def warp_ends(problem: ProfileProblem, planes: FloatArray) -> FloatArray:
     if problem.warped is None or not problem.warped.any():
         return np.zeros(junction.shape)
     hdg = end_poses(problem)[2].reshape(junction.shape)
-    at = (junction >= 0) & problem.warped[junction]
+    at = at_junctions(problem.warped, junction)
     gx, gy = planes[junction, 1], planes[junction, 2]
     slope = np.where(at, np.clip(np.cos(hdg) * gy - np.sin(hdg) * gx, -defaults.WARP_MAX, defaults.WARP_MAX), 0.0)
     most, change = longest_warp(problem), slope[:, 1] - slope[:, 0]
@@ -96,14 +96,9 @@ def _between(length: float, ends: list[float], run_off: list[float]) -> tuple[Cu
     """
     (begin, end), (first, last) = ends, run_off
     if first + last >= length:
-        return (_step(0.0, length, begin, end),)
-    cubics = [_step(0.0, first, begin, 0.0)] if begin else []
+        return (smooth_cubic(0.0, length, begin, end),)
+    cubics = [smooth_cubic(0.0, first, begin, 0.0)] if begin else []
     cubics.append(Cubic(first, 0.0))
     if end:
-        cubics.append(_step(length - last, last, 0.0, end))
+        cubics.append(smooth_cubic(length - last, last, 0.0, end))
     return tuple(cubics)
-
-
-def _step(s: float, length: float, begin: float, end: float) -> Cubic:
-    rise = end - begin
-    return Cubic(s, begin, 0.0, 3.0 * rise / length**2, -2.0 * rise / length**3)
