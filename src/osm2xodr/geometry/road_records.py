@@ -1,6 +1,6 @@
 """Roads, connecting roads and junctions as records of a road map: ids, links, lane sections.
 
-Where along roads their names change.
+Roads also get the names that they have along them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stage 3 as a whole: streets and a surface become the roads and junctions of an OpenDRIVE network.
 
-The floor of all junctions, which heights do not depend on but for sidewalks that turn out too steep.
+The floor of junctions is laid at the end; it depends on heights by the sidewalks that turn out too steep.
 """
 
 from __future__ import annotations

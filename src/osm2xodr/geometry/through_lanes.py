@@ -3,7 +3,7 @@
 OSM's lines tell where carriageways are, and often not where among the lanes: if roads lay about the middle of the
 lines everywhere, cars would shift by half a lane where one opens beside theirs.
 
-How far roads may shift toward the opposite carriageway of their street.
+Roads shift toward the opposite carriageway of their street as far as there is room.
 """
 
 from __future__ import annotations

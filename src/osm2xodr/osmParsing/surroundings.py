@@ -1,8 +1,6 @@
 """What OSM files know beside roads.
 
-Water of OSM files: lakes, rivers and basins, and the coast of the sea.
-
-Buildings of OSM files, which stand beside the roads of a scene.
+That is water (lakes, rivers, basins and the coast of the sea) and buildings.
 """
 
 from __future__ import annotations

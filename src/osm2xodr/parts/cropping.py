@@ -1,6 +1,6 @@
 """A part of a road network as a network of its own.
 
-A road cut to a stretch of it.
+Roads that lie in it in part are cut to a stretch.
 """
 
 from __future__ import annotations

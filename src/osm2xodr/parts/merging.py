@@ -1,8 +1,6 @@
 """Road networks of one frame as one network.
 
-Ids of a document, given anew where another document has them already.
-
-Ends of roads of different files that meet, and the links that they get.
+Ids that another document has already are given anew, and ends of roads that meet are linked.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The page that compares ways to find heights on a user's elevation models: one file of HTML that needs no other.
 
-Pictures of grids of heights and errors, as elements of a page of HTML.
+Grids of heights and errors are pictures in it.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
 """The document as a whole: header, roads, junctions, as bytes.
 
-The long tables of a road map (plan views and profiles) as XML records, many at a time.
+Formatting a thousand records of plan views and profiles with one ``%`` is several times faster than one element at a
+time in any XML library.
 
-Formatting a thousand records with one ``%`` is several times faster than one element at a time in any XML library.
-
-Reference lines cut for readers that make polylines of them.
-
-Their points lie at equal steps from the start of each record, and where lane sections and lane offsets begin. The
-rest behind the last step, or before such a place, may be a few centimetres long. Where a polyline is moved aside, as
-to a lane, so short a piece turns by degrees, or folds back on itself.
+For readers that make polylines of reference lines these are cut. The points of polylines lie at equal steps from the
+start of each record, and where lane sections and lane offsets begin. The rest behind the last step, or before such a
+place, may be a few centimetres long. Where a polyline is moved aside, as to a lane, so short a piece turns by
+degrees, or folds back on itself.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A map is read once for all areas, in a few passes, and then once for every `_OPEN_MAX` files that are written.
 
-Writes cuts as OSM files, many in one pass over the map.
+Cuts are written as OSM files, many in one pass over the map.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Which processes convert: those of this machine, or the workers of a Dask scheduler.
 
-Areas spread over processes of this machine.
-
-A thread for each of them hands it one area after the other, and waits for its end.
+Each process of this machine has a thread that hands it one area after the other, and waits for its end.
 """
 
 from __future__ import annotations

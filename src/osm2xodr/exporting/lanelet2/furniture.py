@@ -1,6 +1,6 @@
 """Lights, signs, stop lines and crosswalks: as lines and lanelets, and the regulatory elements that they make.
 
-Crosswalks as lanelets for walkers.
+Crosswalks are lanelets for walkers.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Traffic lights at junctions and crossings, and the controllers that switch them.
 
-Junctions whose lights are one installation: no queue fits on the short roads with lights between them.
-
-Keeps the poles of lights off lanes: of the own road and of others.
+Junctions have one installation where no queue fits on the short roads between them. Poles are kept off lanes, of the
+own road and of others.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cut off the surroundings of an area, so that it fits together with the areas beside it.
 
-The roads and junctions of an area, cut off from those around it.
+Roads of an area without surroundings are cut where their names change.
 """
 
 from __future__ import annotations

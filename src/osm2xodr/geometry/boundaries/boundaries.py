@@ -1,6 +1,6 @@
 """Boundaries of junctions as records of a road map.
 
-Roads that bulge out of the boundary of their junction, as loops of turns back do: it goes round them, too.
+They go round roads that bulge out of them, too, as loops of turns back do.
 """
 
 from __future__ import annotations

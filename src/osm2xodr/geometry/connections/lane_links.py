@@ -1,6 +1,6 @@
 """All lane links through junctions: which lane of which road end leads to which lane of which other one.
 
-Where bicycle lanes lead on through a junction that their like does not continue straight on.
+Bicycle lanes also lead round corners where their like does not continue straight on.
 """
 
 from __future__ import annotations

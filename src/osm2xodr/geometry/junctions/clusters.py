@@ -1,6 +1,6 @@
 """Which nodes make one junction, and where its arms end.
 
-Corrections of junctions: which nodes users join to one, and which they keep apart.
+Corrections say which nodes users join to one, and which they keep apart.
 """
 
 from __future__ import annotations

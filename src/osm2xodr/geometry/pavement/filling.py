@@ -1,6 +1,6 @@
 """Which edges of lanes the strips begin at that close the gaps of junctions, and how wide they are.
 
-How wide strips may be near the ends of connecting roads: they end with the lanes of their arms.
+Near the ends of connecting roads they end with the lanes of their arms.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Streets that run side by side move apart, and their lanes become narrow enough, for both carriageways to fit.
 
-Where streets run side by side with too little room for both, and what each of them should give.
+First it is found where there is too little room, and what each of them should give.
 """
 
 from __future__ import annotations

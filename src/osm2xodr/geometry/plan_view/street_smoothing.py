@@ -2,7 +2,7 @@
 
 Corners that cannot become smooth stay lines and arcs; what lies on both sides of them becomes smooth.
 
-Streets that go on straight through intersections: their curves become smooth as one.
+Streets that go on straight through intersections become smooth as one curve.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The document as a whole.
 
-What no road network has: a small file that claims it would take hours and gigabytes.
+Files are refused that claim what no road network has: a small one would take hours and gigabytes.
 """
 
 from __future__ import annotations

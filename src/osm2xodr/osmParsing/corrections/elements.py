@@ -1,6 +1,6 @@
 """Corrections of ways, nodes and relations as they are read: left out, kept, with other tags.
 
-Corrections of a way's tags: each does what the same change in OSM would do.
+Each correction of tags does what the same change in OSM would do.
 """
 
 from __future__ import annotations

@@ -2,9 +2,7 @@
 
 A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes that
 they need. Of elements that occur several times the newest version is taken, among equal ones the way with most nodes,
-else the last; `Content` keeps which they are.
-
-Elements that stand in a file more than once, as where extracts were pasted together: which one is taken.
+else the last, as where extracts were pasted together; `Content` keeps which they are.
 """
 
 from __future__ import annotations

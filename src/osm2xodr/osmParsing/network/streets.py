@@ -1,10 +1,9 @@
 """Assembly of streets and intersections from pieces of ways and the attributes of ways.
 
-Pieces of ways are joined into chains from intersection to intersection.
-
-Two pieces that meet at a node where no other ends belong to one chain, unless no traffic could pass (two one-ways
-head on), may not pass (turn restrictions), or would have to turn on the spot. A chain has the direction of its
-one-way pieces; where these run against each other it is split.
+Pieces of ways are joined into chains from intersection to intersection. Two pieces that meet at a node where no other
+ends belong to one chain, unless no traffic could pass (two one-ways head on), may not pass (turn restrictions), or
+would have to turn on the spot. A chain has the direction of its one-way pieces; where these run against each other it
+is split.
 """
 
 from __future__ import annotations

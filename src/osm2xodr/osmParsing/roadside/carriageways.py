@@ -1,7 +1,6 @@
 """What kerbs and the same street before and behind tell of the carriageways of ways.
 
-Where nobody parks for some metres on a street with cars parked along it: its kerb and its lanes run straight on.
-
+Where nobody parks for some metres on a street with cars parked along it, its kerb and its lanes run straight on.
 Before junctions, at crossings and bus stops mappers cut a street where parking pauses. The carriageway is as wide
 there as before and behind, so the lanes must not take the room of the parked cars.
 """

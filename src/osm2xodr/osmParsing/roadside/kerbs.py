@@ -3,7 +3,7 @@
 Kerbs are lines (``barrier=kerb``) or the outlines of areas (``area:highway``). They are looked for on both sides of
 points along each way; what these say holds for the whole way, as a tag would.
 
-Where lines across streets meet kerbs and the outlines of carriageways; flat arrays over all streets.
+Lines across all streets are met with kerbs and outlines at once, in flat arrays.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js.
 
-The graph of lanes, for the page's routes.
+The graph of lanes is there for the page's routes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A picture of a road network: what is in it and where; `svg` and `png` draw it.
 
-Strokes across roads whose heights were not measured.
+Roads whose heights were not measured are hatched.
 """
 
 from __future__ import annotations
