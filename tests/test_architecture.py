@@ -137,18 +137,43 @@ def test_folders_import_one_way() -> None:
     assert {folder: found for folder, graph in graphs.items() if (found := circle(graph))} == {}
 
 
-def test_no_stage_knows_another_one() -> None:
+def reached_from(part: str) -> set[str]:
+    """Return the packages and modules at the top that one imports, directly or not."""
     top: dict[str, set[str]] = {}
     for name in modules():
         top.setdefault(name.split(".")[0], set()).update(item.split(".")[0] for item in own_imports(name))
+    reached, todo = set[str](), [part]
+    while todo:
+        found = top.get(todo.pop(), set()) - reached
+        reached |= found
+        todo += sorted(found)
+    return reached
+
+
+def test_no_stage_knows_another_one() -> None:
     for stage in sorted(STAGES):
-        reached, todo = set[str](), [stage]
-        while todo:
-            found = top.get(todo.pop(), set()) - reached
-            reached |= found
-            todo += sorted(found)
+        reached = reached_from(stage)
         assert reached & STAGES <= {stage}, stage
         assert {"pipeline", "cli"}.isdisjoint(reached)
+
+
+def test_the_conversion_knows_its_stages_alone() -> None:
+    reached = reached_from("pipeline")
+    assert reached > STAGES - {"xodrWriter"}
+    around = {"batch", "checking", "cli", "exporting", "fetching", "library", "parts", "viewing"}
+    assert reached & around == set()
+
+
+def test_only_the_command_line_names_modules_in_text() -> None:
+    """The tests above do not see what is loaded or started by its name. Packages name themselves for their data."""
+    named = [
+        (name, node.value.removeprefix("osm2xodr."))
+        for name, module in modules().items()
+        for node in ast.walk(module)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("osm2xodr.")
+    ]
+    assert len(named) > 10
+    assert [item for item in named if item[1] in modules() and not item[0].startswith((item[1], "cli."))] == []
 
 
 def test_heights_know_no_other_wing() -> None:

@@ -1,17 +1,21 @@
-"""The conversion: what the stages do, in order."""
+"""The conversion: what the stages do, in order.
+
+Streets and what lies beside them are read (`osmParsing`), and the ground (`surface`). `build_roads` fits reference
+lines, connects roads at junctions, lays out lanes and what is beside them, and lifts all to the ground (`geometry`).
+Roads are furnished with signals and objects (`furniture`) and cut where areas meet; `Conversion.write` writes them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from osm2xodr.batch import ElementPlaces, Layout, Layouts
-from osm2xodr.curves import lengths, owners, pose
+from osm2xodr.curves import inside_outline, lengths, owners, pose, repeated
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, Placed, find_furniture, with_furniture, with_islands
 from osm2xodr.geometry import (
@@ -27,7 +31,7 @@ from osm2xodr.geometry import (
     mark_unmeasured,
     with_boundaries,
 )
-from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
+from osm2xodr.model import FloatArray, IntArray, Outline, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.projection import offline, to_geographic
 from osm2xodr.reporting import Conversion, summarize
@@ -57,6 +61,17 @@ class PipelineOptions:
     # of that. None for an area by itself.
     partition: Partition | None = None
     boundaries: bool = False  # Whether junctions get a boundary
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """The roads of an area or block with all that is on them, and its surroundings, if any."""
+
+    road_map: RoadMap
+    surface: Surface  # The ground
+    models: tuple[DemSummary, ...]  # What the elevation models are
+    diagnostics: Diagnostics  # What was found
+    places: ElementPlaces | None = None  # Of what was found; None for an area by itself
 
 
 class _Terrain(NamedTuple):
@@ -272,3 +287,63 @@ def _places(path: Path, partition: Partition, diagnostics: Diagnostics) -> Eleme
     from osm2xodr.osmParsing import element_places
 
     return ElementPlaces.of(element_places(path, partition.frame, diagnostics.osm_ids()))
+
+
+class Layouts:
+    """Keeps the last block that was laid out, for the other areas of it."""
+
+    def __init__(self) -> None:
+        self._key: tuple[Any, ...] = ()
+        self._layout: Layout | None = None
+
+    @property
+    def full(self) -> bool:
+        """Whether a block is kept."""
+        return self._layout is not None
+
+    def clear(self) -> None:
+        """Keep none."""
+        self._key, self._layout = (), None
+
+    def get(
+        self, options: object, partition: Partition, files: Sequence[Path], lay_out: Callable[[], Layout]
+    ) -> Layout:
+        """Return the layout of the block of an area: the kept one, or a new one, which is then kept.
+
+        It is the same block if its areas, the `options` of the conversion and `files` have not changed.
+        """
+        areas = [partition.outlines[k] for k in partition.together()]
+        rings = tuple(ring.tobytes() for outline in areas for ring in outline.rings)
+        key = (options, partition.frame, partition.names, partition.together(), rings, _times(files))
+        if self._layout is None or key != self._key:
+            # Two of them need not have room.
+            self.clear()
+            self._layout, self._key = lay_out(), key
+        return self._layout
+
+
+def _times(files: Sequence[Path]) -> tuple[tuple[Path, int, int], ...]:
+    """Return size, bytes, and time of change, ns, of files."""
+    found = ((path, path.stat()) for path in files if path.exists())
+    return tuple((path, item.st_size, item.st_mtime_ns) for path, item in found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElementPlaces:
+    """Where the elements are that something was found about."""
+
+    osm_ids: tuple[str, ...]  # Elements of which the map has a node
+    element: IntArray  # (places,) Index of the element that has a place
+    xy: FloatArray  # (places, 2) Local x, y, m
+
+    @classmethod
+    def of(cls, places: dict[str, FloatArray]) -> ElementPlaces:
+        """Return the places (n, 2) of elements."""
+        element = repeated([len(xy) for xy in places.values()])
+        return cls(tuple(places), element, np.concatenate([np.zeros((0, 2)), *places.values()]))
+
+    def outside(self, outline: Outline) -> set[str]:
+        """Return the elements without a place in an area."""
+        inside = np.zeros(len(self.osm_ids), np.bool_)
+        inside[self.element[inside_outline(outline, *self.xy.T)]] = True
+        return {self.osm_ids[k] for k in np.flatnonzero(~inside).tolist()}

@@ -94,7 +94,7 @@ class Maps:
         areas = [outlined(Area(name, self.osm, (), options, (ring,))) for name, ring in found.items()]
         self.cut.clear()
         self.counter = Counter()
-        how = BatchOptions(Workers(1), force=force, surroundings=surroundings)
+        how = BatchOptions(Workers(""), force=force, surroundings=surroundings)
         with pytest.raises(KeyboardInterrupt), open_out_dir(self.out) as out:
             run_batch(areas, out, how, Diagnostics(), self.counter)
         return [name for names in self.cut for name in names]
@@ -181,7 +181,7 @@ def test_what_is_half_cut_is_not_taken_for_whole(maps: Maps, monkeypatch: pytest
     monkeypatch.setattr("osm2xodr.batch.cutting.cuts.write_targets", full)
     with open_out_dir(maps.out) as out:
         areas = [outlined(Area(name, maps.osm, (), (), (ring,))) for name, ring in (("all", ALL), ("west", WEST))]
-        found = run_batch(areas, out, BatchOptions(Workers(1)), Diagnostics(), maps.counter)
+        found = run_batch(areas, out, BatchOptions(Workers("")), Diagnostics(), maps.counter)
     assert [item.status for item in found] == [Status.FAILED, Status.FAILED]
     assert maps.counter.said == [("begin", 2), ("settle", 0, 0), ("settle", 2, 2)]
     assert maps.kept() == ["all.json", "all.osm.pbf"]

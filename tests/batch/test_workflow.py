@@ -27,7 +27,7 @@ from osm2xodr.batch.fingerprints import load_state, save_state
 from osm2xodr.batch.out_dir import open_out_dir
 from osm2xodr.batch.workers import Workers
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
-from osm2xodr.cli import main
+from osm2xodr.cli import area_server, main
 
 
 class Here:
@@ -43,7 +43,7 @@ class Here:
         def outcomes() -> Iterator[tuple[AreaJob, Outcome]]:
             for job in jobs:
                 self.jobs.append(job)
-                yield job, run_area(dataclasses.replace(job, batch=self.key))
+                yield job, run_area(dataclasses.replace(job, server=workers.server, batch=self.key))
 
         yield outcomes()
 
@@ -86,7 +86,7 @@ def here(three_villages: Path, tmp_path: Path) -> Iterator[Here]:
         yield found
 
 
-AREA_SERVER = "osm2xodr.cli.area_server"
+AREA_SERVER = area_server.__name__
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino" / "area.osm"
 
 
@@ -320,7 +320,8 @@ def test_states_survive_a_round_trip(here: Here, tmp_path: Path) -> None:
 
 def test_a_conversion_by_itself(tmp_path: Path) -> None:
     area, dem = write_area(tmp_path), tmp_path / "dem.tif"
-    job = AreaJob("one", "a", ("convert", str(area), "--dem", str(dem), "-o", str(tmp_path / "a.xodr"), "-q"))
+    words = ("convert", str(area), "--dem", str(dem), "-o", str(tmp_path / "a.xodr"), "-q")
+    job = AreaJob("a", words, AREA_SERVER, "one")
     outcome = run_area(job)
     assert outcome.message == f"{dem}: there is no such elevation model; check the path"
     assert outcome.memory > 20e6
@@ -333,7 +334,8 @@ def test_a_conversion_by_itself(tmp_path: Path) -> None:
 ENDING = """
 import sys, threading
 from osm2xodr.batch.workers.area_process import AreaJob, run_area
-job = AreaJob("a batch", "a", ("convert", sys.argv[1], "-o", "a.xodr", "-q"))
+from osm2xodr.cli import area_server
+job = AreaJob("a", ("convert", sys.argv[1], "-o", "a.xodr", "-q"), area_server.__name__, "a batch")
 thread = threading.Thread(target=run_area, args=(job,), daemon=True)
 thread.start()
 thread.join(float(sys.argv[2]))
@@ -369,7 +371,7 @@ def test_a_killed_conversion_says_so(tmp_path: Path, server: bool) -> None:
 
 def _killed(batch: str, output: Path, server: bool) -> str:
     """Kill a conversion, or the process that forks conversions, and return what the outcome says of it."""
-    job = AreaJob(batch, "a", ("convert", str(SAMPLE), "-o", str(output), "-q"))
+    job = AreaJob("a", ("convert", str(SAMPLE), "-o", str(output), "-q"), AREA_SERVER, batch)
     outcomes: list[Outcome] = []
     thread = threading.Thread(target=lambda: outcomes.append(run_area(job)))
     thread.start()

@@ -60,7 +60,7 @@ def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> Non
     assert with_dem or found & HEAVY == set()
     assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
     assert found & UNASKED == set()
-    assert {name for name in found if name.startswith(OTHER_WINGS)} == {"osm2xodr.batch", "osm2xodr.batch.layouts"}
+    assert {name for name in found if name.startswith(OTHER_WINGS)} == set()
 
 
 def test_the_library_loads_when_it_is_used() -> None:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from osm2xodr.batch.bounds import keep_bounds as keep_bounds, recall_bounds as recall_bounds
     from osm2xodr.batch.cutting import bounds_of as bounds_of, cut_areas as cut_areas
     from osm2xodr.batch.index import write_summary as write_summary
-    from osm2xodr.batch.layouts import ElementPlaces as ElementPlaces, Layout as Layout, Layouts as Layouts
     from osm2xodr.batch.manifest import (
         ManifestContext as ManifestContext,
         read_manifest as read_manifest,
@@ -53,7 +52,6 @@ __getattr__ = lazy_exports(
         ),
         "bounds": ("keep_bounds", "recall_bounds"),
         "cutting": ("bounds_of", "cut_areas"),
-        "layouts": ("ElementPlaces", "Layout", "Layouts"),
         "index": ("write_summary",),
         "manifest": ("ManifestContext", "read_manifest"),
         "model": ("Area", "CutRequest", "EMPTY", "Result", "Status"),

@@ -31,7 +31,7 @@ _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
 class BatchOptions:
     """How a batch is made."""
 
-    workers: Workers = field(default_factory=Workers)
+    workers: Workers
     timeout: float | None = None  # Time that an area may take, s; None for no bound
     shared: bool = False  # Whether all areas share the frame of the first one, and their roads meet at borders
     force: bool = False  # Whether areas are made that have not changed
@@ -248,7 +248,7 @@ class _Batch:
         wanted = {item.area.name: self.wanted(item) for item in items}
         # The areas of a block follow each other.
         order = sorted(by_name, key=lambda name: (-size[cut_name(by_name[name])], cut_name(by_name[name])))
-        jobs = [AreaJob("", name, self.arguments(by_name[name]), block=_block(by_name[name])) for name in order]
+        jobs = [AreaJob(name, self.arguments(by_name[name]), block=_block(by_name[name])) for name in order]
         apart = []
         listener.convert([weights[name] for name in order])
         with running(jobs, self.options.workers) as outcomes:

@@ -3,9 +3,9 @@
 It has loaded all that conversions need, so that a fork starts at once. The fork converts one area after the other; if
 it crashes or is killed for lack of memory, the next area gets a new one. The process reads a line of JSON per area
 from standard input, the list of arguments of ``osm2xodr`` and whether the next area is of the same block, whose roads
-the fork then keeps; and answers with a line on standard output. When standard input ends, because the process that
-started it has ended, it stops the running conversion and ends. Where the system has no forks, the process converts
-the areas itself, and ends after one that may have left something behind.
+the fork then keeps; and answers with a line of JSON on standard output (`_ANSWER`). When standard input ends, because
+the process that started it has ended, it stops the running conversion and ends. Where the system has no forks, the
+process converts the areas itself, and ends after one that may have left something behind.
 """
 
 from __future__ import annotations
@@ -20,32 +20,36 @@ import queue
 import select
 import signal
 import sys
-import tempfile
 import threading
 import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from osm2xodr.batch import EMPTY, Layouts
+from osm2xodr.batch import EMPTY
 from osm2xodr.errors import EmptyAreaError, Osm2xodrError
 from osm2xodr.system import LimitError, TimeLimitError, release_memory
+
+if TYPE_CHECKING:
+    from osm2xodr.pipeline import Layouts
 
 # How long a conversion may take to remove its temporary files before it is killed, s.
 _STOP_GRACE: Final = 3.0
 # The process ends after so long without an area, s; a choice.
 _IDLE: Final = 60.0
-# How often it checks whether a fork has ended that left its standard error open, and a fork checks on its parent, s.
+# How often it checks whether a fork has ended whose pipe is still open, and a fork checks on its parent, s.
 _CHECK: Final = 0.2
-# How much is kept of the messages of a conversion, bytes.
-_KEPT: Final = 1 << 16
+# How much of an answer is read at once, bytes.
+_CHUNK: Final = 1 << 16
 # A fork that holds more than this after an area, bytes beyond what it held at first, converts no further one: what is
 # left of one area is not to count against the memory that the next one may take. A choice.
 _MOST_KEPT: Final = 100_000_000
 # Unit in which the system tells the peak memory of processes, bytes.
 _KIBIBYTE: Final = 1 if sys.platform == "darwin" else 1024
 
-# What the process answers about an area.
-_ANSWER: Final = ("status", "memory", "said", "laid_out")
+# What the process answers about an area: exit status (negative: the signal that killed it), peak memory in bytes, why
+# it failed (empty if it did not, or if nobody knows), and whether the area's block, if it is of one, is laid out.
+_ANSWER: Final = ("status", "memory", "message", "laid_out")
 
 _PRELOADED: Final = (
     "osm2xodr.cli.convert",
@@ -72,7 +76,7 @@ _PRELOADED: Final = (
 
 def main() -> None:
     """Serve until standard input ends, or nothing has come for a while."""
-    # Standard output is for answers: what libraries print goes to standard error.
+    # Standard output is for answers: what is printed goes to standard error.
     answers = os.dup(1)
     os.dup2(2, 1)
     load()
@@ -99,15 +103,13 @@ def main() -> None:
 
 def _convert_here(answers: int) -> None:
     """Convert areas in this process until standard input ends, or one has left something behind."""
+    from osm2xodr.pipeline import Layouts
+
     layouts = Layouts()
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(lines,), daemon=True).start()
     while line := lines.get():
-        with tempfile.TemporaryFile() as said:
-            os.dup2(said.fileno(), 2)
-            answer = _run(json.loads(line), layouts, 0, None)
-            said.seek(max(0, said.seek(0, os.SEEK_END) - _KEPT))
-            answer["said"] = said.read().decode("utf-8", "replace")
+        answer = _run(json.loads(line), layouts, 0, None, None)
         os.write(answers, json.dumps({key: answer[key] for key in _ANSWER}).encode() + b"\n")
         if not answer["goes_on"]:
             return
@@ -148,54 +150,46 @@ class _Fork:
     def __init__(self, answers: int) -> None:
         theirs, self._requests = os.pipe()
         self._answers, told = os.pipe()
-        self._messages, said = os.pipe()
         server = os.getpid()
         self._process = os.fork()
         if self._process == 0:
-            for number in (answers, self._requests, self._answers, self._messages):
+            for number in (answers, self._requests, self._answers):
                 os.close(number)
-            _serve(theirs, told, said, server)
-        for number in (theirs, told, said):
+            _serve(theirs, told, server)
+        for number in (theirs, told):
             os.close(number)
 
     def convert(self, line: bytes) -> dict[str, object]:
         """Have a command run that is a line of JSON, and return how that ended.
 
-        ``status``, ``memory`` and ``said`` are its result; ``laid_out`` says that the area's block could be laid out,
-        if it is of one, ``goes_on`` that the fork can convert another area,
-        ``again`` that a new one is to try this one, ``unwanted`` that standard input ended meanwhile.
+        Beside `_ANSWER`, ``goes_on`` says that the fork can convert another area, ``again`` that a new one is to try
+        this one, ``unwanted`` that standard input ended meanwhile.
         """
         with contextlib.suppress(BrokenPipeError):
             os.write(self._requests, line)
-        text, told = b"", b""
+        told = b""
         while not told.endswith(b"\n"):
-            ready = select.select([self._messages, self._answers, 0], [], [], _CHECK)[0]
+            ready = select.select([self._answers, 0], [], [], _CHECK)[0]
             if 0 in ready:
                 self.stop()
                 return {"unwanted": True}
-            if self._messages in ready:
-                text = (text + os.read(self._messages, _KEPT))[-_KEPT:]
             if self._answers in ready:
-                told += (more := os.read(self._answers, _KEPT))
+                told += (more := os.read(self._answers, _CHUNK))
                 if not more:
                     break
             # Watchers that it has forked may keep its pipes open when it has ended.
             if not ready and os.waitid(os.P_PID, self._process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
                 break
-        # What it has said before its answer.
-        while select.select([self._messages], [], [], 0)[0] and (more := os.read(self._messages, _KEPT)):
-            text = (text + more)[-_KEPT:]
-        said = text.decode("utf-8", "replace")
-        if told.endswith(b"\n"):
-            answer: dict[str, object] = json.loads(told)
+        answer: dict[str, object] = json.loads(told) if told.endswith(b"\n") else {"message": ""}
+        if "status" in answer:
             if not answer["goes_on"]:
                 self.stop()
-            return {**answer, "said": said}
-        _, status, usage = os.wait4(self._process, 0)
+            return answer
+        # It was killed, or is about to be.
         self._close()
-        memory = _KIBIBYTE * usage.ru_maxrss
-        ended = os.waitstatus_to_exitcode(status)
-        return {"status": ended, "memory": memory, "said": said, "laid_out": False}
+        _, status, usage = os.wait4(self._process, 0)
+        memory, ended = _KIBIBYTE * usage.ru_maxrss, os.waitstatus_to_exitcode(status)
+        return {"status": ended, "memory": memory, "message": answer["message"], "laid_out": False}
 
     def stop(self) -> None:
         """End the fork: give it time to clean up, and kill it if that takes too long."""
@@ -210,46 +204,55 @@ class _Fork:
         os.waitpid(self._process, 0)
 
     def _close(self) -> None:
-        for number in (self._requests, self._answers, self._messages):
+        for number in (self._requests, self._answers):
             os.close(number)
 
 
-def _serve(requests: int, told: int, said: int, server: int) -> NoReturn:
-    """Run commands in the fork, with standard error to the server, until no more are asked for."""
+def _serve(requests: int, told: int, server: int) -> NoReturn:
+    """Run commands in the fork, which answer to the server, until no more are asked for."""
+
+    def answer(record: Mapping[str, object]) -> None:
+        os.write(told, json.dumps(record).encode() + b"\n")
+
     status = 1
     try:
         nowhere = os.open(os.devnull, os.O_RDWR)
-        for number, stream in ((0, nowhere), (1, nowhere), (2, said)):
-            os.dup2(stream, number)
+        for number in (0, 1):
+            os.dup2(nowhere, number)
         os.close(nowhere)
-        os.close(said)
         threading.Thread(target=_end_with, args=(server,), daemon=True).start()
         before = _data_size()
+        from osm2xodr.pipeline import Layouts
+
         layouts = Layouts()
         with os.fdopen(requests, "rb") as lines:
             for place, line in enumerate(lines):
-                answer = _run(json.loads(line), layouts, place, before)
-                os.write(told, json.dumps(answer).encode() + b"\n")
+                answer(_run(json.loads(line), layouts, place, before, lambda why: answer({"message": why})))
         status = 0
     finally:
         # Not by `sys.exit`, which would unwind into the code of the server.
         os._exit(status)
 
 
-def _run(request: dict[str, Any], layouts: Layouts, place: int, before: int | None) -> dict[str, object]:
+def _run(
+    request: dict[str, Any],
+    layouts: Layouts,
+    place: int,
+    before: int | None,
+    last_words: Callable[[str], None] | None,
+) -> dict[str, object]:
     """Run the command in this `place` among those of the fork, which held `before` bytes of data when it began.
 
-    `layouts` keep the roads of a block as long as there is more of it.
+    `layouts` keep the roads of a block as long as there is more of it; `last_words` is as in `Session`.
     """
     from osm2xodr.cli.options import Session
     from osm2xodr.cli.program import main as run_command
 
     alone = before is None or not _forget_peak()
-    session = Session(layouts=layouts)
+    session = Session(last_words=last_words, layouts=layouts)
     status = run_command(request["arguments"], session)
     if status and isinstance(session.error, EmptyAreaError):
         status = EMPTY
-    sys.stderr.flush()
     memory, well = _peak(), status in (0, EMPTY)
     laid_out = layouts.full
     # Each area of a block may fail, as for want of heights, with nothing wrong in this process.
@@ -259,6 +262,7 @@ def _run(request: dict[str, Any], layouts: Layouts, place: int, before: int | No
     return {
         "status": status,
         "memory": memory,
+        "message": session.message,
         "laid_out": laid_out,
         "goes_on": (well or refused) and (request["more"] or (not alone and _has_room(before or 0))),
         "again": not (well or refused) and place > 0 and not isinstance(session.error, TimeLimitError),

@@ -80,13 +80,16 @@ def batch(session: Session, /, **options: Any) -> int:
 def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
     """Run a batch, report its results, and return the exit status."""
     from osm2xodr.batch import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
+    from osm2xodr.cli import area_server
     from osm2xodr.library import read_corrections
     from osm2xodr.model import Corrections
     from osm2xodr.system import available_jobs
 
     began = time.monotonic()
     diagnostics = Diagnostics()
-    workers = Workers(arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory)
+    workers = Workers(
+        area_server.__name__, arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory
+    )
     known, corrections = arguments.corrections, Corrections()
     if known is not None:
         # Workers of a scheduler run in other folders.

@@ -37,8 +37,8 @@ from osm2xodr.surface import expand
 from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import Layouts
     from osm2xodr.library import AreaMap, ConvertOptions
+    from osm2xodr.pipeline import Layouts
     from osm2xodr.reporting import Conversion, Line, Written
     from osm2xodr.viewing import ReportOptions
 

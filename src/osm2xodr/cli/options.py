@@ -18,7 +18,7 @@ from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import Layouts
+    from osm2xodr.pipeline import Layouts
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -47,7 +47,10 @@ class Session:
     """What a command hands to the code around it."""
 
     verbose: int = 0  # How much to say about an internal error
-    error: Exception | None = None  # The error that the command ended with
+    error: BaseException | None = None  # The error that the command ended with
+    message: str = ""  # Why it failed, in one sentence; empty if it did not
+    # Takes that sentence, in a copy of the process, where the process is killed for want of time; None to print it
+    last_words: Callable[[str], None] | None = None
     layouts: Layouts | None = None  # Keeps the roads of a block of areas for the next command
 
 
@@ -177,7 +180,8 @@ def limit_options(command: _Command) -> _Command:
     @functools.wraps(command)
     def bounded(*args: Any, max_memory: int | None, timeout: float | None, **options: Any) -> Any:
         remedy = ["choose a smaller area, or give only --ways major"] if "ways" in options else []
-        with limited(max_memory, timeout, *remedy), usage_errors():
+        session = click.get_current_context().find_object(Session) or Session()
+        with limited(max_memory, timeout, *remedy, last_words=session.last_words), usage_errors():
             return command(*args, **options)
 
     return bounded  # type: ignore[return-value]

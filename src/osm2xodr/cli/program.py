@@ -56,47 +56,49 @@ class _Terminated(BaseException):
 
 
 def main(arguments: Sequence[str] | None = None, session: Session | None = None) -> int:
-    """Run the command line and return its exit status; `session` receives the error that a command ended with.
+    """Run the command line and return its exit status; `session` receives why a command failed.
 
     0: done; 1: cannot be done; 2: wrong usage; 130 and 143: interrupted, ended by the system.
     """
     occupy_closed_streams()
+    session = session or Session()
     with patient_standard_error():
-        return _run(arguments, session or Session())
+        own_process()
+        try:
+            with _signals():
+                status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
+            return status if isinstance(status, int) else OK
+        except click.ClickException as error:
+            session.message = error.format_message()
+            error.show()
+            return error.exit_code
+        except (Exception, _Terminated) as error:
+            session.error = error
+            session.message, status = _ended(error, session.verbose)
+            if session.message:
+                click.echo(f"osm2xodr: error: {session.message}", err=True)
+            return status
 
 
-def _run(arguments: Sequence[str] | None, session: Session) -> int:
-    """Run a command, and turn all errors into one sentence and an exit status."""
-    own_process()
-    try:
-        with _signals():
-            status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
-    except click.ClickException as error:
-        error.show()
-        return error.exit_code
-    except click.Abort:
-        return _fail("interrupted", INTERRUPTED)
-    except _Terminated:
-        return _fail("ended by the system", TERMINATED)
-    except BrokenPipeError:
+def _ended(error: BaseException, verbose: int) -> tuple[str, int]:
+    """Return in one line why an error ends a command, empty if that need not be said, and the exit status."""
+    # Up to 3.11 Python wraps what interrupts it while it makes a class.
+    kinds = error, error.__cause__ if isinstance(error, Exception) else None
+    if any(isinstance(item, (click.Abort, KeyboardInterrupt)) for item in kinds):
+        return "interrupted", INTERRUPTED
+    if any(isinstance(item, _Terminated) for item in kinds):
+        return "ended by the system", TERMINATED
+    if isinstance(error, BrokenPipeError):
         # Whoever read standard output has gone, as `head` does. That is no error to report.
         silence_standard_output()
-        return CANNOT
-    except Osm2xodrError as error:
-        session.error = error
-        return _fail(str(error))
-    except MemoryError:
-        return _fail("the memory is not enough for this area; choose a smaller one, or give only --ways major")
-    except OSError as error:
-        return _system_error(error, session.verbose)
-    except Exception as error:
-        # Up to 3.11 Python wraps what interrupts it while it makes a class.
-        if isinstance(error.__cause__, KeyboardInterrupt):
-            return _fail("interrupted", INTERRUPTED)
-        if isinstance(error.__cause__, _Terminated):
-            return _fail("ended by the system", TERMINATED)
-        return _crash(error, session.verbose)
-    return status if isinstance(status, int) else OK
+        return "", CANNOT
+    if isinstance(error, Osm2xodrError):
+        reason = str(error)
+    elif isinstance(error, MemoryError):
+        reason = "the memory is not enough for this area; choose a smaller one, or give only --ways major"
+    else:
+        reason = _refused_by_system(error, verbose) if isinstance(error, OSError) else _crash(error, verbose)
+    return " ".join(reason.split()), CANNOT
 
 
 class _Commands(UserDict[str, Any]):
@@ -157,36 +159,30 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-def _fail(message: str, status: int = CANNOT) -> int:
-    """Print in one line what went wrong and return the exit status."""
-    click.echo(f"osm2xodr: error: {' '.join(message.split())}", err=True)
-    return status
-
-
-def _system_error(error: OSError, verbose: int) -> int:
-    """Print what the system refused and return the exit status."""
+def _refused_by_system(error: OSError, verbose: int) -> str:
+    """Return what the system refused."""
     reason = (error.strerror or str(error)).lower()
     if error.errno == errno.EMFILE:
-        return _fail(f"{reason}; allow more of them (ulimit -n)")
+        return f"{reason}; allow more of them (ulimit -n)"
     if error.filename is not None:
         if verbose > 1:
             traceback.print_exception(error)
-        return _fail(f"{error.filename} cannot be used: {reason}; check the path")
+        return f"{error.filename} cannot be used: {reason}; check the path"
     if error.errno not in _STREAM_ERRORS:
         return _crash(error, verbose)
     silence_standard_output()
-    return _fail(f"standard input or output cannot be used: {reason}")
+    return f"standard input or output cannot be used: {reason}"
 
 
-def _crash(error: Exception, verbose: int) -> int:
-    """Print an unexpected error, on request with its traceback, and return the exit status."""
+def _crash(error: BaseException, verbose: int) -> str:
+    """Return how an unexpected error is reported; print its traceback on request."""
     # Libraries are loaded when they are needed.
     if isinstance(error, ImportError) and any(words in str(error) for words in _NOT_MAPPED):
-        return _fail("the memory is not enough to load the libraries; allow more (ulimit -v, ulimit -d)")
+        return "the memory is not enough to load the libraries; allow more (ulimit -v, ulimit -d)"
     if verbose > 1:
         traceback.print_exception(error)
     what = f"internal error ({type(error).__name__}: {error}); please report it with the command and the area"
-    return _fail(what + ("" if verbose > 1 else "; -vv shows where it happened"))
+    return what + ("" if verbose > 1 else "; -vv shows where it happened")
 
 
 @contextlib.contextmanager

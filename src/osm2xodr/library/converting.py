@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import __version__, pipeline
-from osm2xodr.batch import Layouts
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
@@ -22,7 +21,7 @@ from osm2xodr.library.options import COPIES_FROM, DECLARATIONS, MOST_JOBS, Conve
 from osm2xodr.library.parts import clipping
 from osm2xodr.model import Corrections, Rule
 from osm2xodr.osmParsing import ParseOptions, parse_ways_option
-from osm2xodr.pipeline import PipelineOptions
+from osm2xodr.pipeline import Layouts, PipelineOptions
 from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, expand
 from osm2xodr.system import STANDARD_OUTPUT, available_jobs

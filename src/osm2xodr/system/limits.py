@@ -10,7 +10,8 @@ import re
 import select
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Final, NoReturn
@@ -85,15 +86,22 @@ def available_memory() -> int | None:
 
 
 @contextlib.contextmanager
-def limited(memory: int | None, seconds: float | None, remedy: str = _SMALLER) -> Iterator[None]:
+def limited(
+    memory: int | None,
+    seconds: float | None,
+    remedy: str = _SMALLER,
+    *,
+    last_words: Callable[[str], None] | None = None,
+) -> Iterator[None]:
     """Bound the memory and time of a block; None for no bound.
 
     `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `remedy` is
-    what else can be done than to allow more. `LimitError` says that they were not enough, that the system cannot
-    bound them, or that its own bounds (``ulimit``) leave too little to start.
+    what else can be done than to allow more. Where a library goes on when the time is up, the process is killed, and
+    a copy of it calls `last_words` with the reason, which by default is printed. `LimitError` says that they were not
+    enough, that the system cannot bound them, or that its own bounds (``ulimit``) leave too little to start.
     """
     _check_system_limits()
-    with _memory_limit(memory), _time_limit(seconds, remedy):
+    with _memory_limit(memory), _time_limit(seconds, remedy, last_words or _print_error):
         try:
             yield
         except MemoryError:
@@ -160,7 +168,7 @@ def _memory_limit(memory: int | None) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
+def _time_limit(seconds: float | None, remedy: str, last_words: Callable[[str], None]) -> Iterator[None]:
     if seconds is None:
         yield
         return
@@ -192,7 +200,7 @@ def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
-        with _hard_end(seconds + _GRACE, message):
+        with _hard_end(seconds + _GRACE, partial(last_words, message)):
             yield
     except Exception:
         # Libraries turn what interrupts them into errors of their own.
@@ -206,10 +214,10 @@ def _time_limit(seconds: float | None, remedy: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _hard_end(seconds: float, message: str) -> Iterator[None]:
+def _hard_end(seconds: float, say_why: Callable[[], None]) -> Iterator[None]:
     """Kill the process, with exit status 1, if it is still busy after `seconds` in a library that ignores signals.
 
-    A copy of the process prints the message, since no Python code runs in this one by then.
+    A copy of the process says why, since no Python code runs in this one by then.
     """
     if not hasattr(os, "fork"):
         yield
@@ -217,7 +225,7 @@ def _hard_end(seconds: float, message: str) -> Iterator[None]:
     ours, theirs = os.pipe()
     watcher = os.fork()
     if watcher == 0:
-        _watch(ours, theirs, seconds, message)
+        _watch(ours, theirs, seconds, say_why)
     os.close(ours)
     with open(os.devnull, "wb") as nowhere:
         faulthandler.dump_traceback_later(seconds + 0.5, exit=True, file=nowhere)
@@ -230,16 +238,20 @@ def _hard_end(seconds: float, message: str) -> Iterator[None]:
             os.waitpid(watcher, 0)
 
 
-def _watch(ours: int, theirs: int, seconds: float, message: str) -> NoReturn:
-    """Print the message if the parent still runs after `seconds`; then it is about to be killed."""
+def _watch(ours: int, theirs: int, seconds: float, say_why: Callable[[], None]) -> NoReturn:
+    """Say why if the parent still runs after `seconds`; then it is about to be killed."""
     try:
         for number in (signal.SIGINT, *ENDING_SIGNALS):
             signal.signal(number, signal.SIG_IGN)
         os.close(theirs)
         if not select.select([ours], [], [], seconds)[0]:
-            os.write(2, f"osm2xodr: error: {message}\n".encode())
+            say_why()
     finally:
         os._exit(0)
+
+
+def _print_error(message: str) -> None:
+    os.write(2, f"osm2xodr: error: {message}\n".encode())
 
 
 def release_memory() -> None:

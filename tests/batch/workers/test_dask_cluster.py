@@ -54,7 +54,7 @@ class Client:
 
 
 def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
-    client, jobs = Client(), [AreaJob("", "a", ()), AreaJob("", "b", (), block="x"), AreaJob("", "c", (), block="x")]
+    client, jobs = Client(), [AreaJob("a", ()), AreaJob("b", (), block="x"), AreaJob("c", (), block="x")]
     with contextlib.ExitStack() as stack:
         found = list(running._outcomes(client, jobs, "batch", stack))
     assert found == [(job, Outcome("", 1.0)) for job in jobs]
@@ -67,4 +67,4 @@ def test_an_outcome_that_ends_with_the_connection_says_that_the_scheduler_is_gon
             raise CommClosedError("Connection reset by peer")
 
     with pytest.raises(Osm2xodrError, match="the Dask scheduler is gone; start it"):
-        running._outcomes_of(CutOff("a"), [AreaJob("", "a", ())])
+        running._outcomes_of(CutOff("a"), [AreaJob("a", ())])

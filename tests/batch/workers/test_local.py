@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from small_area import street_grid, write_area
 
 from osm2xodr.batch.workers import AreaJob, Workers, running
 from osm2xodr.batch.workers.area_process import area_environment, end_areas, run_area
-from osm2xodr.cli import main
+from osm2xodr.cli import area_server, main
 from osm2xodr.errors import Osm2xodrError
 
 
@@ -39,21 +40,21 @@ def test_a_batch_needs_no_dask(
 
 
 @pytest.fixture
-def key() -> Iterator[str]:
-    yield "many-areas"
-    end_areas("many-areas")
+def key(request: pytest.FixtureRequest) -> Iterator[str]:
+    yield request.node.name
+    end_areas(request.node.name)
 
 
 def forks() -> list[int]:
     """Return the processes that convert areas for this one."""
-    servers = [item for item in psutil.Process().children() if "osm2xodr.cli.area_server" in " ".join(item.cmdline())]
+    servers = [item for item in psutil.Process().children() if area_server.__name__ in " ".join(item.cmdline())]
     return [fork.pid for server in servers for fork in server.children()]
 
 
 def test_one_process_converts_area_after_area_until_one_fails(tmp_path: Path, key: str) -> None:
     def job(path: Path) -> AreaJob:
         words = ("convert", str(path), "-o", str(tmp_path / "a.xodr"), "-q", "--overwrite", "--jobs", "1")
-        return AreaJob(key, "a", words, memory=2_000_000_000)
+        return AreaJob("a", words, area_server.__name__, key, memory=2_000_000_000)
 
     good, bad = write_area(tmp_path), write_area(tmp_path, "<osm", "bad.osm")
     town = write_area(tmp_path, street_grid(12), "town.osm")
@@ -83,6 +84,28 @@ def test_what_conversions_load_is_loaded_once_for_all(tmp_path: Path) -> None:
     assert done.stdout == "0 []\n"
 
 
+STUCK = """
+import collections, itertools
+from osm2xodr import pipeline
+from osm2xodr.cli import area_server
+
+pipeline.convert = lambda *_: collections.deque(itertools.repeat(None, 10**12), maxlen=0)
+area_server.main()
+"""
+
+
+def test_why_a_conversion_failed_comes_as_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: str) -> None:
+    """Whether it was refused, or killed in a library that heeds no signal when its time was up."""
+    (tmp_path / "stuck.py").write_text(STUCK, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    words = ("convert", str(write_area(tmp_path)), "-o", str(tmp_path / "a.xodr"), "-q", "--timeout", "0.5")
+    job = AreaJob("a", words, "stuck", key)
+    killed, refused = run_area(job), run_area(dataclasses.replace(job, arguments=(*words, "--name")))
+    assert killed.message.startswith("it takes longer than --timeout 0.5 s; allow more")
+    assert killed.memory > 20e6
+    assert refused.message == "Option '--name' requires an argument."
+
+
 def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("osm2xodr.batch.workers.pool.available_memory", lambda: 3_000_000_000)
     taken: list[int] = []
@@ -92,8 +115,8 @@ def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
         return iter(jobs)
 
     monkeypatch.setattr("osm2xodr.batch.workers.pool.run_each", run)
-    jobs = [AreaJob("", name, ()) for name in "abcd"]
-    for workers in (Workers(2), Workers(9), Workers(2, memory=250_000_000), Workers(100, memory=None)):
+    jobs = [AreaJob(name, ()) for name in "abcd"]
+    for workers in (Workers("", 2), Workers("", 9), Workers("", 2, memory=250_000_000), Workers("", 100)):
         with running(jobs, workers) as outcomes:
             assert sorted(job.name for job, _ in outcomes) == ["a", "b", "c", "d"]
     assert taken == [1_500_000_000] * 4 + [750_000_000] * 4 + [250_000_000] * 4 + [750_000_000] * 4
@@ -104,7 +127,7 @@ def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.M
         raise Osm2xodrError("no process can be started")
 
     monkeypatch.setattr("osm2xodr.batch.workers.pool.run_each", fail)
-    with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("", "a", ())], Workers()) as outcomes:
+    with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("a", ())], Workers("")) as outcomes:
         list(outcomes)
 
 

@@ -22,9 +22,6 @@ from osm2xodr import __version__
 from osm2xodr.batch.model import EMPTY
 from osm2xodr.system import library_environment
 
-# How the lines begin that the command line says errors and wrong usage in.
-_ERROR: Final = "osm2xodr: error: "
-_USAGE: Final = "Error: "
 # How long what a killed process leaves behind may take to end, s.
 _STOP_GRACE: Final = 3.0
 
@@ -33,9 +30,10 @@ _STOP_GRACE: Final = 3.0
 class AreaJob:
     """An area to convert."""
 
-    batch: str  # Id of the batch: several may use the same workers
     name: str  # The area
     arguments: tuple[str, ...]  # Of ``osm2xodr``, beginning with the command
+    server: str = ""  # The module that has it converted in a process of its own
+    batch: str = ""  # Id of the batch: several may use the same workers
     memory: int = 0  # Bytes that it may take if `arguments` do not bound them; 0 for no bound
     version: str = __version__  # Of osm2xodr, which must be the worker's
     block: str = ""  # The block that it is made with, whose areas follow each other; empty if it is made by itself
@@ -62,14 +60,14 @@ def area_environment() -> dict[str, str]:
 
 
 class _Server:
-    """A running `osm2xodr.cli.area_server`."""
+    """A process that converts areas: a module that reads requests and writes answers, each a line of JSON."""
 
-    def __init__(self) -> None:
+    def __init__(self, module: str) -> None:
         self.thread = 0  # Which one has asked it last
         # In a session of its own (on Windows a group): Ctrl-C at the terminal reaches the batch alone, which stops
         # its areas in order.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "osm2xodr.cli.area_server"],
+            [sys.executable, "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -172,13 +170,13 @@ def run_area(job: AreaJob, *, more: bool = False) -> Outcome:
     bound = ["--max-memory", str(job.memory)] if job.memory else []
     began = time.monotonic()
     while True:
-        fresh, server = _take(job.batch)
+        fresh, server = _take(job)
         if server is None:
             return Outcome("it was stopped", time.monotonic() - began)
         answer = server.ask([job.arguments[0], *bound, *job.arguments[1:]], more=more)
         if answer is not None:
             _give_back(job.batch, server, usable=True)
-            message = _sentence(answer["status"], answer["said"])
+            message = _sentence(answer["status"], answer["message"])
             apart = bool(job.block and message and not answer["laid_out"])
             return Outcome(message, time.monotonic() - began, answer["memory"], answer["status"] == EMPTY, apart)
         _give_back(job.batch, server, usable=False)
@@ -209,22 +207,22 @@ def _end_all() -> None:
         end_areas(batch)
 
 
-def _take(batch: str) -> tuple[bool, _Server | None]:
-    """Return whether a server is new, and the server; None if the batch is over.
+def _take(job: AreaJob) -> tuple[bool, _Server | None]:
+    """Return whether the server for an area is new, and the server; None if the batch is over.
 
     It is the one that this thread has had before, which may keep a block, unless another one has taken that.
     """
     with _lock:
-        if batch in _ended:
+        if job.batch in _ended:
             return False, None
-        waiting = _idle.get(batch, [])
+        waiting = _idle.get(job.batch, [])
         own = next((one for one in waiting if one.thread == threading.get_ident()), None)
         fresh = not waiting
-        server = _Server() if not waiting else waiting.pop() if own is None else own
+        server = _Server(job.server) if not waiting else waiting.pop() if own is None else own
         if own is not None:
             waiting.remove(own)
         server.thread = threading.get_ident()
-        _busy.setdefault(batch, []).append(server)
+        _busy.setdefault(job.batch, []).append(server)
     return fresh, server
 
 
@@ -240,17 +238,13 @@ def _give_back(batch: str, server: _Server, *, usable: bool) -> None:
         server.wait()
 
 
-def _sentence(status: int, said: str) -> str:
-    """Return why a conversion failed, by its exit status (negative: the signal that killed it) and its messages."""
+def _sentence(status: int, message: str) -> str:
+    """Return why a conversion failed, by its exit status (negative: the signal that killed it) and its message."""
     if status == 0:
         return ""
     if status < 0:
         return _killed(f" by {signal.Signals(-status).name}")
-    for line in reversed(said.splitlines()):
-        for start in (_ERROR, _USAGE):
-            if line.startswith(start):
-                return line[len(start) :].strip()
-    return f"it ended with exit status {status}; convert it alone to see why"
+    return message or f"it ended with exit status {status}; convert it alone to see why"
 
 
 def _killed(how: str) -> str:

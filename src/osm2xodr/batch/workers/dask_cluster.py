@@ -49,7 +49,7 @@ def on_scheduler(
         with uninterrupted():
             client = stack.enter_context(_client(scheduler))
             share = _share(client) if memory is None else memory
-        yield _outcomes(client, [dataclasses.replace(job, batch=batch, memory=share) for job in jobs], batch, stack)
+        yield _outcomes(client, [dataclasses.replace(job, memory=share) for job in jobs], batch, stack)
 
 
 def _outcomes(

@@ -24,6 +24,7 @@ _Ended = tuple[AreaJob, Outcome | BaseException]
 class Workers:
     """The processes that convert."""
 
+    server: str  # The module whose processes they are, which answers as `osm2xodr.cli.area_server` does
     count: int = 1  # How many on this machine, at least 1; ignored with a scheduler
     scheduler: str = ""  # Address of a Dask scheduler, such as ``tcp://host:8786``; empty for this machine
     memory: int | None = None  # Bytes that an area may take; None for an equal share of what there is
@@ -37,6 +38,7 @@ def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tupl
     for, it raises `Osm2xodrError`.
     """
     batch = secrets.token_hex(8)
+    jobs = [dataclasses.replace(job, server=workers.server, batch=batch) for job in jobs]
     if workers.scheduler:
         chosen = on_scheduler(jobs, batch, workers.scheduler, workers.memory)
     else:
@@ -58,7 +60,7 @@ def on_this_machine(
         memory = 0 if free is None else max(free // count, LEAST_MEMORY)
     todo: queue.SimpleQueue[list[AreaJob]] = queue.SimpleQueue()
     for block in blocks_of(jobs):
-        todo.put([dataclasses.replace(job, batch=batch, memory=memory) for job in block])
+        todo.put([dataclasses.replace(job, memory=memory) for job in block])
     ended: queue.SimpleQueue[_Ended] = queue.SimpleQueue()
     threads = [threading.Thread(target=_work, args=(todo, ended), daemon=True) for _ in range(count)]
     # Threads have SIGINT blocked, so that Ctrl-C interrupts this one.
