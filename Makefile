@@ -14,6 +14,9 @@ PAGE := $(RESULT:.xodr=.html)
 
 AREAS :=
 
+# Modules with loops that are compiled, and what says how.
+LOOPS := hatch_build.py $(foreach types,$(shell find src -name "*.pxd"),$(types) $(types:.pxd=.py))
+
 .DEFAULT_GOAL := help
 .PHONY: help run test test-oldest audit mutants browser bench lint format clean distclean
 
@@ -108,21 +111,30 @@ format: $(VENV)/.test
 
 clean:
 	rm -rf build dist mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find src -name "*.so" -delete
+	rm -f $(VENV)/.run $(VENV)/.test
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
 	rm -rf $(VENV) $(OLDEST) $(AUDIT)
 
-# The stamps say what was installed into .venv; a change of pyproject.toml installs anew. pip compiles what it installs, but
-# no editable package, and Python does not either where PYTHONDONTWRITEBYTECODE is set, as in many containers.
-$(VENV)/.run: pyproject.toml | $(BIN)/python
+# The stamps say what was installed into .venv; a change of pyproject.toml, or of what is compiled, installs anew. pip
+# compiles what it installs to bytecode, but no editable package, and Python does not either where
+# PYTHONDONTWRITEBYTECODE is set, as in many containers.
+NOT_COMPILED := osm2xodr runs WITHOUT compiled loops, slower: there is no C compiler, or no headers of Python; \
+	on Debian and Ubuntu: apt install gcc python3-dev, then make clean
+SAY_IF_SLOW := test -n "$$(find src -name '*.so')" || echo '$(NOT_COMPILED)' >&2
+
+$(VENV)/.run: pyproject.toml $(LOOPS) | $(BIN)/python
 	$(PIP) install --quiet --editable '.[scene]'
 	$(BIN)/python -m compileall -q src
+	@$(SAY_IF_SLOW)
 	@touch $@
 
-$(VENV)/.test: pyproject.toml | $(BIN)/python
+$(VENV)/.test: pyproject.toml $(LOOPS) | $(BIN)/python
 	$(PIP) install --quiet --editable '.[test]'
 	$(BIN)/python -m compileall -q src
+	@$(SAY_IF_SLOW)
 	@touch $@ $(VENV)/.run
 
 $(OLDEST)/.made: pyproject.toml

@@ -6,6 +6,7 @@ import signal
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import hatch_build
 import pytest
 from hypothesis import settings
 from real_readers import ALL_READERS
@@ -32,11 +33,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-golden", action="store_true", help="write the records in tests/golden anew")
 
 
-def pytest_report_header() -> str:
+def pytest_sessionstart() -> None:
+    """Test the compiled form of what stands here, not of what stood here before."""
+    old = [module.name for module in hatch_build.modules() if not hatch_build.up_to_date(module)]
+    there = any(hatch_build.compiled(module).exists() for module in hatch_build.modules())
+    if old and (there or hatch_build.has_compiler()):
+        pytest.exit(f"{', '.join(old)}: changed after compilation; run: make .venv/.test", returncode=1)
+
+
+def pytest_report_header() -> list[str]:
     """Say what is left out."""
-    if ALL_READERS:
-        return "readers of OpenDRIVE: all"
-    return "readers of OpenDRIVE: LEFT OUT, some have no packages for this Python or system (use Python 3.10 to 3.12)"
+    readers = "all" if ALL_READERS else "LEFT OUT, some have no packages for this Python or system (use 3.10 to 3.12)"
+    loops = "compiled" if hatch_build.has_compiler() else "run as Python: no C compiler, or no headers of Python"
+    return [f"readers of OpenDRIVE: {readers}", f"loops: {loops}"]
 
 
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:

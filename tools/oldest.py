@@ -10,7 +10,7 @@ import re
 
 # Linters, types, and real readers of OpenDRIVE.
 NOT_NEEDED = frozenset(
-    {"lxml-stubs", "mypy", "ruff", "scipy-stubs", "eclipse-sumo", "asam-qc-opendrive", "carla", "lanelet2"}
+    {"lxml-stubs", "mypy", "ruff", "scipy-stubs", "eclipse-sumo", "asam-qc-opendrive", "carla", "lanelet2", "cython"}
 )
 EXTRA = "test"
 

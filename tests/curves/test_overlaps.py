@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.curves import overlap_depths, overlapping_pairs, overlaps
+from osm2xodr.curves import overlap_depths, overlapping_pairs
 from osm2xodr.model import FloatArray
 
 
@@ -48,11 +48,7 @@ def test_edge_without_length_is_no_axis() -> None:
     assert overlap_depths(triangle[None], box(2.0, 2.0, 2.0, 2.0)[None])[0] == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("band", [1, 30, 1 << 16])
-def test_pairs_are_those_of_all_bounding_boxes_of_which_one_is_probed(
-    monkeypatch: pytest.MonkeyPatch, band: int
-) -> None:
-    monkeypatch.setattr(overlaps, "_BAND", band)
+def test_pairs_are_those_of_all_bounding_boxes_of_which_one_is_probed() -> None:
     rng = np.random.default_rng(3)
     x, y = rng.uniform(-60.0, 60.0, (2, 200)).tolist()
     wide, high = rng.uniform(1.0, 30.0, (2, 200)).tolist()

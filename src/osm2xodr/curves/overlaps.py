@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+import math
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import blocks, ranks, repeated, runs, sorted_unique
+from osm2xodr.curves.ragged import blocks, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Size of the grid's cells, m: a few times that of a piece of a carriageway.
+# Size of the cells that boxes are sorted into, m: a few times that of a piece of a carriageway.
 _CELL: Final = 12.0
-# Size of the table that rules out most quadrilaterals far from those asked about: bounds its memory.
-_HASHES: Final = 1 << 22
-# So many quadrilaterals begin in one band of rows: some 15 MB.
-_BAND: Final = 1 << 16
-# So many pairs are compared at once: some 6 MB.
-_PAIRS_AT_ONCE: Final = 1 << 16
-# Quadrilaterals that reach over more cells than this have wrong numbers and are left out.
+# Boxes that reach over more cells than this, or so many cells away, have wrong numbers and are left out.
 _MOST_CELLS: Final = 400
+_FARTHEST: Final = 1 << 30
 # Edges shorter than this have no direction, m.
 _SHORTEST_EDGE: Final = 1e-6
 
@@ -45,82 +39,84 @@ def overlapping_pairs(
 
 def overlapping_boxes(box: FloatArray, probe: BoolArray, group: IntArray | None = None) -> tuple[IntArray, IntArray]:
     """Return what `overlapping_pairs` does, of boxes: their west, south, east and north end, (4, n), m."""
-    west, south, east, north = box
-    found: list[IntArray] = [np.zeros(0, np.int64)]
-    for quad, cell in _cells(box, probe):
-        order = np.argsort(cell, kind="stable")
-        quad, cell = quad[order], cell[order]
-        if group is not None:
-            begins = np.flatnonzero(np.diff(cell, prepend=-1))
-            several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
-            keep = np.repeat(several, np.diff(np.append(begins, len(cell))))
-            quad, cell = quad[keep], cell[keep]
-        pairs: list[IntArray] = [np.zeros(0, np.int64)]
-        for a, b in _in_one_cell(quad, cell):
-            near = (west[a] < east[b]) & (west[b] < east[a]) & (south[a] < north[b]) & (south[b] < north[a])
-            a, b = a[near], b[near]
-            good = probe[a] | probe[b]
-            a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
-            pairs.append(a * len(probe) + b)
-        # Most pairs have several cells in common.
-        found.append(sorted_unique(np.concatenate(pairs)))
-    code = sorted_unique(np.concatenate(found))
-    return code // max(len(probe), 1), code % max(len(probe), 1)
-
-
-def _cells(box: FloatArray, probe: BoolArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield all pairs of a quadrilateral and a cell that its `box` reaches, where a probed one may be.
-
-    They come by bands of rows of cells, each with some quadrilaterals, which saves memory.
-    """
-    west, south, east, north = box
+    n = len(probe)
     good = np.isfinite(box).all(axis=0)
-    x, y = (float(side.min(where=good, initial=np.inf)) for side in (west, south))
+    origin = box[:2].min(axis=1, where=good, initial=np.inf)
     with np.errstate(invalid="ignore", over="ignore"):
-        low, high = np.floor((south - y) / _CELL), np.floor((north - y) / _CELL)
-        good &= _columns(west, east, x)[1] * (high - low + 1.0) <= _MOST_CELLS
-    if not good.any():
-        return
-    every = bool(probe.all())
-    stride = int((float(east.max(where=good, initial=x)) - x) / _CELL) + 2
-    borders = np.append(np.unique(np.sort(low[good])[::_BAND]), high.max(where=good, initial=0.0) + 1.0)
-    for begin, end in pairwise(borders.tolist()):
-        at = np.flatnonzero(good & (low < end) & (high >= begin))
-        first, wide = (column.astype(np.int64) for column in _columns(west[at], east[at], x))
-        bottom = np.maximum(low[at], begin)
-        count = wide * (np.minimum(high[at], end - 1.0) - bottom + 1.0).astype(np.int64)
-        of = repeated(count)
-        row, column = np.divmod(ranks(count), wide[of])
-        cell = (row + bottom.astype(np.int64)[of]) * stride + column + first[of]
-        quad = at[of]
-        if not every:
-            wanted = np.zeros(_HASHES, bool)
-            wanted[cell[probe[quad]] % _HASHES] = True
-            near = wanted[cell % _HASHES]
-            quad, cell = quad[near], cell[near]
-        if len(cell):
-            yield quad, cell
+        reached = np.floor((box.reshape(2, 2, n) - origin[:, None]) / _CELL)
+        good &= (reached[1] < _FARTHEST).all(axis=0) & ((reached[1] - reached[0] + 1.0).prod(axis=0) <= _MOST_CELLS)
+    at = np.flatnonzero(good)
+    cells = reached[..., at].astype(np.int64)
+    # Cells are looked up in a table, in which those that are far from each other share places.
+    stride = int(cells[1, 0].max(initial=0)) + 1 | 1
+    rows = int((cells[1] - cells[0] + 1).prod(axis=0).sum())
+    start = np.zeros((1 << rows.bit_length()) + 2, np.int64)
+    count_cells(cells, stride, start)
+    np.cumsum(start, out=start)
+    quad, cell = np.empty((2, rows), np.int64)
+    fill_cells(at, cells, stride, start, quad, cell)
+    table = start, quad, cell, box, probe, np.arange(n) if group is None else group
+    code = np.empty(pairs_in_cells(*table, np.empty(0, np.int64)), np.int64)
+    pairs_in_cells(*table, code)
+    # Many pairs have several cells in common.
+    code = sorted_unique(code)
+    return code // max(n, 1), code % max(n, 1)
 
 
-def _columns(west: FloatArray, east: FloatArray, origin: float) -> tuple[FloatArray, FloatArray]:
-    """Return the first column of cells that boxes reach, and the number of them, (n,)."""
-    first = np.floor((west - origin) / _CELL)
-    return first, np.floor((east - origin) / _CELL) - first + 1.0
+def count_cells(cells: IntArray, stride: int, start: IntArray) -> None:
+    """Count the boxes that reach each place of a table, two places farther on; `cells`, (2, 2, n): from, to; x, y."""
+    for k in range(cells.shape[2]):
+        for row in range(cells[0, 1, k], cells[1, 1, k] + 1):
+            for column in range(cells[0, 0, k], cells[1, 0, k] + 1):
+                start[((row * stride + column) & (len(start) - 3)) + 2] += 1
 
 
-def _in_one_cell(quad: IntArray, cell: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield the pairs of quadrilaterals that reach one cell, by some at once; `cell` ascends."""
-    begins = np.flatnonzero(np.diff(cell, prepend=-1))
-    size = np.diff(np.append(begins, len(cell)))
-    # Each row of a cell with all rows behind it.
-    behind = np.repeat(begins + size, size) - np.arange(len(cell)) - 1
-    begin, total = 0, np.cumsum(behind)
-    while begin < len(cell):
-        done = int(total[begin - 1]) if begin else 0
-        end = max(begin + 1, int(np.searchsorted(total, done + _PAIRS_AT_ONCE)))
-        rows = np.arange(begin, end)
-        yield np.repeat(quad[rows], behind[rows]), quad[runs(rows + 1, behind[rows])]
-        begin = end
+def fill_cells(at: IntArray, cells: IntArray, stride: int, start: IntArray, quad: IntArray, cell: IntArray) -> None:
+    """Write boxes, by their numbers `at`, and the cells that they reach by places; `start` is moved one place on."""
+    for k in range(len(at)):
+        for row in range(cells[0, 1, k], cells[1, 1, k] + 1):
+            for column in range(cells[0, 0, k], cells[1, 0, k] + 1):
+                place = ((row * stride + column) & (len(start) - 3)) + 1
+                quad[start[place]] = at[k]
+                cell[start[place]] = row * stride + column
+                start[place] += 1
+
+
+def pairs_in_cells(
+    start: IntArray,
+    quad: IntArray,
+    cell: IntArray,
+    box: FloatArray,
+    probe: BoolArray,
+    group: IntArray,
+    code: IntArray,
+) -> int:
+    """Count the pairs of boxes that overlap in a cell, and write them as i · n + j to `code`, if it is not empty."""
+    count = 0
+    for place in range(len(start) - 2):
+        for i in range(start[place], start[place + 1]):
+            a = quad[i]
+            alone = True
+            for j in range(start[place], start[place + 1]):
+                if cell[j] == cell[i] and group[quad[j]] != group[a]:
+                    alone = False
+                    break
+            if alone:
+                continue
+            for j in range(start[place], i):
+                b = quad[j]
+                if (
+                    cell[j] == cell[i]
+                    and (probe[a] or probe[b])
+                    and box[0, a] < box[2, b]
+                    and box[0, b] < box[2, a]
+                    and box[1, a] < box[3, b]
+                    and box[1, b] < box[3, a]
+                ):
+                    if len(code) > 0:
+                        code[count] = min(a, b) * len(probe) + max(a, b)
+                    count += 1
+    return count
 
 
 def overlap_depths(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -129,13 +125,29 @@ def overlap_depths(one: FloatArray, other: FloatArray) -> FloatArray:
     It is the least way by which one would have to move to touch the other only: the least overlap of their shadows
     on the normals of all edges (separating axes).
     """
-    out = np.full(len(one), np.inf)
-    for shape in (one, other):
+    depth = np.full(len(one), np.inf)
+    shadows(one, other, one, depth)
+    shadows(one, other, other, depth)
+    return depth
+
+
+def shadows(one: FloatArray, other: FloatArray, edges: FloatArray, depth: FloatArray) -> None:
+    """Lessen depths, (n,), to the overlaps of the shadows of quadrilaterals on the normals of one of them."""
+    for i in range(len(depth)):
         for k in range(4):
-            edge = shape[:, (k + 1) % 4] - shape[:, k]
-            size = np.hypot(edge[:, 0], edge[:, 1])
-            normal = np.column_stack([-edge[:, 1], edge[:, 0]]) / np.maximum(size, _SHORTEST_EDGE)[:, None]
-            p, q = (np.einsum("nij,nj->ni", quad, normal) for quad in (one, other))
-            depth = np.minimum(p.max(axis=1) - q.min(axis=1), q.max(axis=1) - p.min(axis=1))
-            out = np.where(size > _SHORTEST_EDGE, np.minimum(out, depth), out)
-    return out
+            along_x = edges[i, (k + 1) % 4, 0] - edges[i, k, 0]
+            along_y = edges[i, (k + 1) % 4, 1] - edges[i, k, 1]
+            size = math.sqrt(along_x * along_x + along_y * along_y)
+            if size > _SHORTEST_EDGE:
+                low, high = shadow(one, i, -along_y / size, along_x / size)
+                other_low, other_high = shadow(other, i, -along_y / size, along_x / size)
+                depth[i] = min(depth[i], high - other_low, other_high - low)
+
+
+def shadow(quads: FloatArray, i: int, x: float, y: float) -> tuple[float, float]:
+    """Return where the shadow of a quadrilateral on the axis (x, y) begins and ends, m."""
+    low = high = quads[i, 0, 0] * x + quads[i, 0, 1] * y
+    for k in range(1, 4):
+        place = quads[i, k, 0] * x + quads[i, k, 1] * y
+        low, high = min(low, place), max(high, place)
+    return low, high

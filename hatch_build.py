@@ -1,0 +1,111 @@
+"""Compiles the modules that have a `.pxd` file beside them, which says what types their loops have in C.
+
+Where there is no C compiler, or no headers of Python, the same modules run as Python: slower, with the same result.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import sysconfig
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+SOURCE = Path(__file__).parent / "src"
+SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
+# Every machine is to round as Python does: no multiplication and addition in one, nothing that only newer processors
+# have.
+FLAGS = ["-O2", "-g0", "-ffp-contract=off"]
+DIRECTIVES = {
+    "language_level": 3,
+    "annotation_typing": False,
+    "infer_types": True,
+    "boundscheck": False,
+    "wraparound": False,
+    "cdivision": True,
+    "initializedcheck": False,
+}
+
+
+def has_compiler() -> bool:
+    """Say whether there is what compiling needs: a C compiler and the headers of Python."""
+    compiler = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
+    return bool(shutil.which(compiler.split()[0])) and Path(sysconfig.get_path("include"), "Python.h").exists()
+
+
+def modules() -> list[Path]:
+    """Return the modules that are compiled."""
+    return sorted(path.with_suffix(".py") for path in SOURCE.rglob("*.pxd"))
+
+
+def compiled(module: Path) -> Path:
+    """Return the compiled form of a module, for this Python: beside it."""
+    return module.with_suffix(SUFFIX)
+
+
+def made_of(module: Path) -> int:
+    """Return when what a compiled form is made of was changed last, ns: compiled forms bear this date themselves."""
+    sources = [module, Path(__file__), *SOURCE.rglob("*.pxd")]
+    return max(path.stat().st_mtime_ns for path in sources)
+
+
+def up_to_date(module: Path) -> bool:
+    """Say whether a module's compiled form is there and made of what stands there now."""
+    return compiled(module).exists() and compiled(module).stat().st_mtime_ns == made_of(module)
+
+
+def build() -> str | None:
+    """Compile what is not up to date; return why nothing can be compiled, if so."""
+    from Cython.Build import cythonize
+    from setuptools import Distribution, Extension
+    from setuptools.errors import BaseError, CCompilerError
+
+    old = [module for module in modules() if not up_to_date(module)]
+    for module in old:
+        compiled(module).unlink(missing_ok=True)
+    if not old:
+        return None
+    names = {".".join(module.relative_to(SOURCE).with_suffix("").parts): module for module in old}
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = [Extension(name, [str(module)], extra_compile_args=FLAGS) for name, module in names.items()]
+        extensions = cythonize(
+            wanted, build_dir=folder, include_path=[str(SOURCE)], compiler_directives=DIRECTIVES, quiet=True
+        )
+        command: Any = Distribution({"ext_modules": extensions}).get_command_obj("build_ext")
+        command.build_lib, command.build_temp, command.parallel = folder, folder, os.cpu_count()
+        command.ensure_finalized()
+        try:
+            command.run()
+        except (BaseError, CCompilerError) as error:
+            return str(error)
+        for name, module in names.items():
+            made = Path(command.get_ext_fullpath(name))
+            os.utime(made, ns=(made_of(module), made_of(module)))
+            shutil.move(made, compiled(module))
+    return None
+
+
+class CustomBuildHook(BuildHookInterface[Any]):
+    """Puts compiled modules into wheels, and beside the modules for editable installations."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile what can be compiled."""
+        problem = build()
+        if problem:
+            self.app.display_warning(
+                f"osm2xodr is installed without compiled loops, and will be slow: {problem}. Install a C compiler "
+                "and the headers of Python, then install osm2xodr again."
+            )
+            return
+        build_data.update(pure_python=False, infer_tag=True)
+        if version != "editable":
+            included = {str(compiled(path)): str(compiled(path).relative_to(SOURCE)) for path in modules()}
+            build_data["force_include"].update(included)
+
+
+if __name__ == "__main__":
+    sys.exit(build())
