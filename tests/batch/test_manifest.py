@@ -54,7 +54,7 @@ def test_toml_with_defaults(tmp_path: Path) -> None:
         """,
     )
     left = ("--ways", "major", "--left-hand", "--default-lane-width", "3.0", "--objects", "trees")
-    right = ("--ways", "all", "--xodr-version", "1.8", "--objects", "trees")
+    right = ("--xodr-version", "1.8", "--ways", "all", "--objects", "trees")
     corners = ((1.0, 42.0), (1.5, 42.0), (1.2, 42.5))
     assert areas == [
         Area("harbour", tmp_path / "country.osm.pbf", (tmp_path / "a.tif", tmp_path / "b.tif"), left, (BOX,)),
@@ -110,7 +110,10 @@ AREA = '[[area]]\nname = "a"\nosm = "m.osm"\n'
         ("[[area]]\nosm = 'm'\n", 'area 1: it has no name; give one, such as name = "harbour"'),
         ("[[area]]\nname = 'a'\n", 'area 1 (a): it has no osm file; give one, such as osm = "area.osm.pbf"'),
         (AREA + "left_hand = true\n", "area 1 (a): 'left_hand' is unknown; do you mean 'left-hand'?"),
-        (AREA + "zzz = 1\n", "area 1 (a): 'zzz' is unknown; known are name, osm, dem, bbox, polygon, options, date"),
+        (
+            AREA + "zzz = 1\n",
+            "area 1 (a): 'zzz' is unknown; known are name, osm, dem, bbox, polygon, options, right-hand",
+        ),
         (AREA + "jobs = 2\n", "area 1 (a): 'jobs' is unknown"),
         (AREA + "left-hand = 'perhaps'\n", "left-hand is 'perhaps'; write true or false"),
         (AREA + "left-hand = 1\n", "left-hand is 1; write true or false"),

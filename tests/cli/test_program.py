@@ -21,6 +21,8 @@ from small_area import OSM, write_area, write_dem
 
 import osm2xodr
 from osm2xodr.cli import main
+from osm2xodr.conventions import Group
+from osm2xodr.library import DECLARATIONS
 from osm2xodr.reporting import conversion
 
 
@@ -213,6 +215,20 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert "osm2xodr convert area.osm --dem dem.tif -o area.xodr" in text
     assert "Exit status: 0 written, 1 cannot convert" in text
+
+
+def test_help_has_groups_and_the_rest_on_request(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "--help"]) == 0
+    text = capsys.readouterr().out
+    headings = [line for line in text.splitlines() if line.endswith(":") and line[0] not in " E"]
+    assert headings == [f"{group.value}:" for group in Group if group is not Group.MORE]
+    assert "--date, --polynomial-order, --plan, --corrections-shared, --frame, --tile" in " ".join(text.split())
+    assert "Date for the header" not in text
+    assert main(["convert", "--help-all"]) == 0
+    everything = capsys.readouterr().out
+    for name in DECLARATIONS:
+        assert f"--{name.replace('_', '-')} " in everything
+    assert "Date for the header" in everything
 
 
 def test_check_and_page_in_one_go(area: Path, dem: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,15 +8,7 @@ from typing import Any
 import pytest
 
 import osm2xodr
-from osm2xodr.library import options as declared_options
-from osm2xodr.library.options import DECLARATIONS, SURFACE_METHODS, ConvertOptions
-from osm2xodr.surface import DEM_ENCODINGS, DEM_TYPES, METHODS
-
-
-def test_words_are_those_of_the_surface() -> None:
-    assert SURFACE_METHODS == METHODS
-    assert declared_options.DEM_TYPES == DEM_TYPES
-    assert declared_options.DEM_ENCODINGS == DEM_ENCODINGS
+from osm2xodr.library.options import DECLARATIONS, ConvertOptions
 
 
 def test_lists_and_tables_become_text() -> None:
@@ -94,5 +86,5 @@ def test_every_option_says_what_it_is() -> None:
     text = " ".join((ConvertOptions.__doc__ or "").split())
     for name, declared in DECLARATIONS.items():
         assert f" {name} {' '.join(declared.help.split())}" in text
-    own = ["name", "bbox", "polygon", "clip", "corrections", "corrections_shared", "frame", "tile", "jobs"]
+    own = ["bbox", "polygon", "clip", "corrections", "name", "jobs", "corrections_shared", "frame", "tile"]
     assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == own

@@ -12,11 +12,11 @@ from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import (
     ConnectorProblem,
-    ElevationOptions,
     ProfileProblem,
     ProfileSolution,
     solve_profiles,
 )
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import BoolArray, FloatArray, PlanView, SurfaceQuality
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import re
 import shlex
 import subprocess
@@ -22,18 +21,6 @@ def block_after(text: str) -> str:
     found = re.search(r"```\w*\n(.*?)```", README[README.index(text) :], re.DOTALL)
     assert found is not None
     return found[1]
-
-
-def test_the_help_in_the_readme_is_that_of_the_program() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "osm2xodr", "convert", "--help"],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "COLUMNS": "100"},
-    )
-    # Versions of click break lines differently.
-    assert block_after("## Options").split() == done.stdout.split()
 
 
 def test_the_run_in_the_readme_works(tmp_path: Path) -> None:

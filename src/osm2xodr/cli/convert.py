@@ -28,7 +28,7 @@ from osm2xodr.cli.options import (
     overwrite_option,
     quiet_option,
 )
-from osm2xodr.conventions import TARGETS, programmes_file
+from osm2xodr.conventions import TARGETS, Group, programmes_file
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.library import DECLARATIONS
@@ -45,12 +45,35 @@ if TYPE_CHECKING:
 _MEGABYTE = 1e6
 _MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2", ".xz", ".zst"})
 _COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
-# In --help these stand after the options that only the command line has.
-_LAST = ("frame", "tile", "jobs")
+# Groups in --help of the options that only the command line has; the others are about the machine.
+_WHAT = frozenset({"dem", "config", "from_report"})
+_OUTPUT = frozenset({"output", "overwrite", "report_json", "osm_issues", "check", "html", "verbose", "quiet"})
+# Whether --help shows the options of the last group as well.
+_ALL = "osm2xodr.help-all"
+
+
+def group_of(option: str) -> Group:
+    """Return the group of an option in --help, by its name in Python."""
+    if option in DECLARATIONS:
+        return DECLARATIONS[option].group
+    return Group.WHAT if option in _WHAT else Group.OUTPUT if option in _OUTPUT else Group.MACHINE
 
 
 class _Convert(DemCommand):
-    """The command, which says what to do with files that follow the area."""
+    """The command, with its options in groups, which says what to do with files that follow the area."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options: those of tiles and experts by their names, unless all are asked for."""
+        options = [item for item in self.get_params(ctx) if isinstance(item, click.Option)]
+        for group in Group:
+            here = [item for item in options if group_of(item.name or "") is group]
+            if group is Group.MORE and _ALL not in ctx.meta:
+                formatter.write_paragraph()
+                names = ", ".join(item.opts[0] for item in here)
+                formatter.write_text(f"{group.value} (--help-all): {names}")
+                continue
+            with formatter.section(group.value):
+                formatter.write_dl([record for item in here if (record := item.get_help_record(ctx))])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments."""
@@ -61,6 +84,13 @@ class _Convert(DemCommand):
                 raise click.UsageError(f"{more}: one area at a time; osmium merge joins files", ctx)
             raise click.UsageError(f"{more}: elevation models stand after --dem; write --dem {more}", ctx)
         return rest
+
+
+def _help_all(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.meta[_ALL] = True
+        click.echo(ctx.get_help())
+        ctx.exit()
 
 
 @click.command(
@@ -84,7 +114,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
 @dem_option("Elevation models, any CRS; without one the world is flat at 0, but for bridges and tunnels")
 @output_option("OpenDRIVE file")
 @overwrite_option
-@declared_options(name for name in DECLARATIONS if name not in _LAST)
+@declared_options(DECLARATIONS)
 @click.option(
     "--report-json",
     type=PATH,
@@ -104,7 +134,6 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     metavar="FILE",
     help="Write a page to explore the road network with, as the command report does.",
 )
-@declared_options(_LAST)
 @config_option
 @click.option(
     "-v",
@@ -113,6 +142,9 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Say how long each stage takes, and what was found how often; -vv: all details, and tracebacks.",
 )
 @quiet_option
+@click.option(
+    "--help-all", is_flag=True, is_eager=True, expose_value=False, callback=_help_all, help="Show all options."
+)
 @click.pass_obj
 @limit_options
 def convert(

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
+from osm2xodr.conventions import Declaration
 from osm2xodr.errors import OptionError
-from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
+from osm2xodr.library import DECLARATIONS, ConvertOptions
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 if TYPE_CHECKING:

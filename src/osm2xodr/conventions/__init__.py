@@ -17,6 +17,15 @@ if TYPE_CHECKING:
         MarkStyle as MarkStyle,
         find_country as find_country,
     )
+    from osm2xodr.conventions.options import (
+        Declaration as Declaration,
+        Group as Group,
+        Reported as Reported,
+        declarations as declarations,
+        flag as flag,
+        option as option,
+        same_option as same_option,
+    )
     from osm2xodr.conventions.sign_codes import (
         NO_SUBTYPE as NO_SUBTYPE,
         SignCode as SignCode,
@@ -51,6 +60,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
+        "options": ("Declaration", "Group", "Reported", "declarations", "flag", "option", "same_option"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": (
             "Signs",

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
-from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Group, Target, flag, option
 
 # Kinds of objects that are numerous and rarely needed: only on request.
 EXTRA_OBJECTS: Final = ("lamps", "trees")
-
-
-@dataclass(frozen=True, slots=True)
-class FurnitureOptions:
-    """What the user may choose about furniture."""
-
-    target: Target = field(default_factory=lambda: TARGETS[DEFAULT_TARGET])  # The reader to write for
-    extra_objects: frozenset[str] = frozenset()  # Which of `EXTRA_OBJECTS` to place
-    enabled: bool = True  # Whether to place any furniture
 
 
 def parse_objects_option(text: str) -> frozenset[str]:
@@ -36,3 +27,32 @@ def parse_objects_option(text: str) -> frozenset[str]:
         problem = f"{unknown[0]!r} is not a kind of object" if unknown else "no kind of object is named"
         raise ValueError(f"{problem}; choose from {', '.join(EXTRA_OBJECTS)}, or all")
     return frozenset(names)
+
+
+@dataclass(frozen=True, slots=True)
+class FurnitureOptions:
+    """What the user may choose about furniture."""
+
+    target: Target = option(
+        "target",
+        Group.OUTPUT,
+        "Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",
+        default=DEFAULT_TARGET,
+        choices=tuple(TARGETS),
+        parse=TARGETS.__getitem__,
+        stage=TARGETS[DEFAULT_TARGET],
+    )
+    extra_objects: frozenset[str] = option(
+        "objects",
+        Group.FURNITURE,
+        f"Further objects: {', '.join(EXTRA_OBJECTS)}, or all.  [default: none]",
+        metavar="LIST",
+        parse=parse_objects_option,
+        stage=frozenset[str](),
+    )
+    enabled: bool = flag(
+        "no_furniture",
+        Group.FURNITURE,
+        "Write the carriageway alone: no signals, objects and lanes beside it.",
+        negates="furniture",
+    )

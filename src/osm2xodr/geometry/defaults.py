@@ -8,6 +8,9 @@ from typing import Final
 
 # ---------------------------------------------------------------- heights
 
+# No road outside junctions is steeper, and no junction's plane: Baldwin Street in Dunedin, the steepest there is, has
+# 0.35, and the connecting roads of a junction need room for what the plane's tilt adds to their grade.
+GRADE_MAX: Final = 0.31
 # Grade of a connecting road above which it leaves the junction's surface if that makes it less steep.
 CONNECTOR_STEEP: Final = 0.30
 

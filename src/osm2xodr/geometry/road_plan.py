@@ -34,7 +34,6 @@ from osm2xodr.geometry.connections import (
 from osm2xodr.geometry.junctions import (
     JunctionLayout,
     Movement,
-    RoadOptions,
     RoadParts,
     add_turnarounds,
     choose_u_turns,
@@ -58,6 +57,7 @@ from osm2xodr.geometry.margins import (
     round_off,
 )
 from osm2xodr.geometry.merge_setbacks import set_back_stems
+from osm2xodr.geometry.options import RoadOptions
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
     LONG_TURN_BACK,

@@ -20,7 +20,6 @@ from osm2xodr.geometry.connecting_marks import Marks, connecting_marks
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, find_crossfall_lines, floor_on, on_crossfall_lines
 from osm2xodr.geometry.heights import (
-    ElevationOptions,
     Ground,
     ProfileProblem,
     ProfileSolution,
@@ -28,9 +27,10 @@ from osm2xodr.geometry.heights import (
     sloping_junctions,
     solve_profiles,
 )
-from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, head_on_ends, street_places
+from osm2xodr.geometry.junctions import JunctionLayout, head_on_ends, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
+from osm2xodr.geometry.options import ElevationOptions, RoadOptions
 from osm2xodr.geometry.pavement import Faces, Floor, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_blunt_sidewalks, report_missing_corners
 from osm2xodr.geometry.road_heights import (

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from osm2xodr.library.options import (
         DECLARATIONS as DECLARATIONS,
         ConvertOptions as ConvertOptions,
-        Declaration as Declaration,
     )
     from osm2xodr.library.parts import clipping as clipping, crop as crop, merge as merge
     from osm2xodr.library.scenes import (
@@ -65,6 +64,6 @@ __getattr__ = lazy_exports(
         ),
         "parts": ("clipping", "crop", "merge"),
         "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
-        "options": ("ConvertOptions", "DECLARATIONS", "Declaration"),
+        "options": ("ConvertOptions", "DECLARATIONS"),
     },
 )

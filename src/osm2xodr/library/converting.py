@@ -7,31 +7,26 @@ import difflib
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, TypeVar
 
-from osm2xodr import __version__, pipeline
-from osm2xodr.conventions import TARGETS
+from osm2xodr import pipeline
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
-from osm2xodr.furniture import FurnitureOptions, parse_objects_option
-from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
+from osm2xodr.furniture import FurnitureOptions
+from osm2xodr.geometry import ElevationOptions, RoadOptions
 from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
 from osm2xodr.library.options import COPIES_FROM, DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
 from osm2xodr.library.parts import clipping
-from osm2xodr.model import Corrections, Rule
-from osm2xodr.osmParsing import ParseOptions, parse_ways_option
+from osm2xodr.model import Corrections
+from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.pipeline import Layouts, PipelineOptions
 from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, expand
 from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
-# Options that mean nothing without an elevation model.
-_NEED_DEM: Final = (
-    *("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit", "dem_encoding"),
-    "fail_below_coverage",
-)
+_Stage = TypeVar("_Stage")
 
 
 def convert(
@@ -97,14 +92,8 @@ def convert(
         wanted = pipeline_options(found.path, dems, found.options)
         made = pipeline.convert(wanted, Diagnostics(), found.on_stage, layouts)
     owed = (item.attribution for item in made.elevation_models if item.share > 0.0)
-    how = WriteOptions(
-        options.xodr_version,
-        options.name_for(osm),
-        options.date,
-        __version__,
-        target=wanted.furniture.target,
-        elevation_credits=tuple(dict.fromkeys(text for text in owed if text)),
-    )
+    credits = tuple(dict.fromkeys(text for text in owed if text))
+    how = _stage(WriteOptions, options, name=options.name_for(osm), elevation_credits=credits)
     source = None if osm == STANDARD_OUTPUT else osm
     inputs = options.inputs(osm, dems)
     conversion = dataclasses.replace(
@@ -125,7 +114,7 @@ def _changed(options: ConvertOptions, changes: dict[str, Any]) -> ConvertOptions
     # Both sides of the road are one option: what is given now counts.
     if changes.keys() & {"left_hand", "right_hand"}:
         changes = {"left_hand": None, "right_hand": None, **changes}
-    return dataclasses.replace(options, **changes)
+    return options.changed(**changes)
 
 
 def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions) -> PipelineOptions:
@@ -138,54 +127,14 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     InputError
         The file of corrections is none; the file of areas side by side cannot be read, or does not have this one.
     """
-    with refused("objects"):
-        extra = frozenset[str]() if options.objects is None else parse_objects_option(str(options.objects))
-    furniture = FurnitureOptions(TARGETS[options.target], extra, enabled=not options.no_furniture)
-    with refused("ways"):
-        ways = parse_ways_option(str(options.ways))
     corrections = Corrections()
     if options.corrections is not None:
         corrections = read_corrections(Path(options.corrections), shared=options.corrections_shared)
-    rule = None if options.left_hand is None else Rule.LEFT_HAND if options.left_hand else Rule.RIGHT_HAND
-    with refused("default_lane_width"):
-        parse = ParseOptions(
-            ways,
-            options.include_private,
-            rule,
-            options.default_lane_width,
-            furniture=furniture.enabled,
-            extra_objects=furniture.extra_objects,
-            default_speeds=not options.no_default_speeds,
-            allow_partial=options.allow_partial,
-            corrections=corrections,
-            guessed_sidewalks=not options.no_guessed_sidewalks,
-            guessed_shoulders=not options.no_guessed_shoulders,
-        )
-    surface = SurfaceOptions(
-        options.surface,
-        options.polynomial_order,
-        options.allow_partial,
-        dem_type=options.dem_type,
-        dem_crs=options.dem_crs,
-        dem_unit=options.dem_unit,
-        dem_encoding=options.dem_encoding,
-        coverage_least=options.fail_below_coverage,
-    )
-    with refused("dem_sigma"):
-        surface = dataclasses.replace(surface, sigma=options.dem_sigma)
     with refused("dem_vertical_datum"):
-        surface = dataclasses.replace(
-            surface, vertical_datum=options.vertical_datum, dem_vertical_datum=options.dem_vertical_datum
-        )
-    for name in () if dems else _NEED_DEM:
-        if getattr(options, name) is not None:
+        surface = _stage(SurfaceOptions, options)
+    for name, declared in DECLARATIONS.items():
+        if declared.needs_dem and not dems and getattr(options, name) is not None:
             raise OptionError(f"{name} is about elevation models; give one with dem, or leave it out", "dem", name)
-    elevation = ElevationOptions(
-        options.smoothing, structures=not options.no_structures, superelevation=options.superelevation
-    )
-    with refused("max_grade"):
-        if options.max_grade is not None:
-            elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(str(options.max_grade)))
     partition = None
     if options.frame is not None:
         from osm2xodr.batch import read_partition
@@ -193,8 +142,23 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         own = area_name(area) if options.tile is None else options.tile
         partition = read_partition(Path(options.frame), own, in_block=options.tile is not None)
     jobs, copies_from = (options.jobs, 0) if options.jobs else (min(available_jobs(), MOST_JOBS), COPIES_FROM)
-    roads = RoadOptions(options.turnarounds, options.u_turns, options.plan)
-    boundaries = WriteOptions(options.xodr_version).dialect.has_boundary
     return PipelineOptions(
-        area, dems, parse, surface, elevation, roads, furniture, jobs, copies_from, partition, boundaries
+        area,
+        dems,
+        parse=_stage(ParseOptions, options, corrections=corrections),
+        surface=surface,
+        elevation=_stage(ElevationOptions, options),
+        roads=_stage(RoadOptions, options),
+        furniture=_stage(FurnitureOptions, options),
+        jobs=jobs,
+        copies_from=copies_from,
+        partition=partition,
+        boundaries=_stage(WriteOptions, options).dialect.has_boundary,
     )
+
+
+def _stage(kind: type[_Stage], options: ConvertOptions, **more: Any) -> _Stage:
+    """Return the options of a stage; `more` are those of its fields that no option says."""
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        more |= options.for_stage(field)
+    return kind(**more)

@@ -64,7 +64,7 @@ def area_map(area: Path, options: ConvertOptions, on_stage: Callable[[str], None
                 _cut_out(path, target, options)
                 path = target
         with _named_as(path, area):
-            alone = dataclasses.replace(options, name=given, bbox=None, polygon=None, clip=False)
+            alone = options.changed(name=given, bbox=None, polygon=None, clip=False)
             yield AreaMap(path, alone, lambda stage: on_stage(stage.replace(str(path), _name(area))))
 
 

@@ -1,78 +1,140 @@
-"""The options of a conversion, each declared once.
+"""The options of a conversion: those that its stages declare, and those of the conversion itself.
 
-The command line, the keyword arguments of `osm2xodr.convert`, the manifests of batches and what reports say about the
-input are made of these declarations. Imports nothing heavy: the command line reads it before it knows what to do.
+Imports nothing heavy: the command line reads it before it knows what to do.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from osm2xodr import __version__
-from osm2xodr.conventions import DEFAULT_TARGET, PLANS, SUPERELEVATION, TARGETS, U_TURNS
-from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
+from osm2xodr.conventions import TARGETS, Declaration, Group, Reported, declarations
 from osm2xodr.errors import InputError, OptionError
-from osm2xodr.furniture import EXTRA_OBJECTS
+from osm2xodr.furniture import FurnitureOptions
+from osm2xodr.geometry import ElevationOptions, RoadOptions
+from osm2xodr.osmParsing import ParseOptions
+from osm2xodr.surface import SurfaceOptions
 from osm2xodr.system import STANDARD_OUTPUT
-from osm2xodr.xodrWriter import VERSIONS, WriteOptions, check_date
+from osm2xodr.xodrWriter import WriteOptions
 
-# `METHODS`, `DEM_TYPES` and `DEM_ENCODINGS` of `osm2xodr.surface`, which is too slow to load for --help; a test holds
-# them equal.
-SURFACE_METHODS: Final = ("nearest", "bilinear", "bicubic", "polynomial")
-DEM_TYPES: Final = ("auto", "dtm", "dsm")
-DEM_ENCODINGS: Final = ("terrarium", "mapbox")
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
 # With fewer streets copies of the process cost more than they save: six scenes with 35 to 259 streets take 10 to 18 %
 # more time on all cores together with two processes than with one, and none is done sooner; one with 563 gains.
 COPIES_FROM: Final = 300
-# Options that reports say only where they are given.
-_RARE: Final = ("frame", "tile", "bbox", "polygon", "clip", "corrections", "corrections_shared")
-# Beyond this factor nothing is left of the terrain: a choice.
-_SMOOTHING_MOST: Final = 100.0
 
 
-@dataclass(frozen=True, slots=True)
-class Declaration:
-    """What there is to say about an option beside its name."""
-
-    help: str  # One sentence for --help
-    kind: type  # Of a value: str, float, int, bool or Path
-    default: Any
-    metavar: str | None  # Stands for the value in --help
-    choices: tuple[str, ...] = ()  # All values that it can have; none where any will do
-    least: int | None = None  # The smallest and the largest number
-    most: int | None = None
-    in_report: bool = True  # Whether reports say it
-    negates: str = ""  # What the flag turns off, for the report
-    per_area: bool = True  # Whether the areas of a batch can have it
+def _of_area(name: str, group: Group, help: str, reported: Reported = Reported.GIVEN, **more: Any) -> Declaration:
+    """Declare an option of a conversion as a whole, which areas of a batch do not choose."""
+    return Declaration(name, group, help, reported=reported, per_area=False, **more)
 
 
-def _option(help: str, kind: type = str, default: Any = None, metavar: str | None = None, **more: Any) -> Any:
-    """Declare an option of `ConvertOptions`."""
-    told = Declaration(help, kind, default, metavar, **more)
-    return dataclasses.field(default=default, metadata={"declaration": told})
+# Those that no stage has.
+_BEFORE: Final = (
+    _of_area(
+        "bbox",
+        Group.WHAT,
+        "Convert only this part of AREA, with roads that reach beyond it up to their next junction: degrees, WGS 84."
+        "  [default: everything]",
+        metavar="W,S,E,N",
+    ),
+    _of_area("polygon", Group.WHAT, "Likewise: the polygons of a GeoJSON file.", kind=Path, metavar="FILE"),
+    _of_area(
+        "clip",
+        Group.WHAT,
+        "Cut roads off at --bbox or --polygon, as the command crop does.",
+        kind=bool,
+        default=False,
+    ),
+    _of_area(
+        "corrections",
+        Group.WHAT,
+        "What you know better than OpenStreetMap, by its ids, in TOML or GeoJSON; docs/corrections.md describes it.",
+        kind=Path,
+        metavar="FILE",
+    ),
+    _of_area(
+        "name",
+        Group.OUTPUT,
+        "Name of the road network.  [default: that of AREA]",
+        Reported.NEVER,
+        metavar="TEXT",
+    ),
+    # The opposite of `left_hand`.
+    Declaration(
+        "right_hand",
+        Group.LANES,
+        "Traffic drives on the right.  [default: as in the country]",
+        bool,
+        reported=Reported.NEVER,
+    ),
+)
+_AFTER: Final = (
+    _of_area(
+        "jobs",
+        Group.MACHINE,
+        "Processes that work at once; the result is the same for any number.  [default: one per core, up to"
+        f" {MOST_JOBS}; one for areas with fewer than {COPIES_FROM} streets]",
+        Reported.NEVER,
+        kind=int,
+        metavar="N",
+        least=1,
+    ),
+    _of_area(
+        "corrections_shared",
+        Group.MORE,
+        "The corrections are for more areas than this one: those that match nothing here are not reported.",
+        kind=bool,
+        default=False,
+    ),
+    _of_area(
+        "frame",
+        Group.MORE,
+        "Areas side by side, as batch --shared-frame writes them: cut roads at the border of the one that AREA is"
+        " named after.",
+        kind=Path,
+        metavar="FILE",
+    ),
+    _of_area(
+        "tile",
+        Group.MORE,
+        "With --frame, where AREA is the map of a block of areas: lay out the roads of the block, and write those of"
+        " this area.",
+        metavar="NAME",
+    ),
+)
+_STAGES: Final = (WriteOptions, ParseOptions, SurfaceOptions, ElevationOptions, RoadOptions, FurnitureOptions)
+DECLARATIONS: Final[Mapping[str, Declaration]] = MappingProxyType(
+    {item.name: item for item in (*_BEFORE, *declarations(*_STAGES).values(), *_AFTER)}
+)
 
-
-def _flag(help: str, **more: Any) -> Any:
-    return _option(help, bool, False, **more)
+# A field for each of them.
+_Fields: Any = dataclasses.make_dataclass(
+    "_Fields",
+    [(item.name, Any, dataclasses.field(default=item.default)) for item in DECLARATIONS.values()],
+    frozen=True,
+    kw_only=True,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConvertOptions:
-    """How an area is converted: the options of ``osm2xodr convert``, by the same names.
+class ConvertOptions(_Fields):  # type: ignore[misc,unused-ignore] # noqa: D101 (its text is made below)
+    __doc__ = f"""How an area is converted: the options of ``osm2xodr convert``, by the same names.
 
     Lists may be given as text with commas or as iterables of text, tables as text or as mappings; they are kept as
     text. `left_hand` and `right_hand` say the same: True, False, or None for what is usual in the country.
+
+    Parameters
+    ----------
+    {chr(10).join(f"    {item.name}{chr(10)}        {item.help}" for item in DECLARATIONS.values()).strip()}
 
     Raises
     ------
@@ -80,178 +142,13 @@ class ConvertOptions:
         A value cannot be, or two contradict each other.
     """
 
-    name: str | None = _option(
-        "Name of the road network.  [default: that of AREA]", metavar="TEXT", in_report=False, per_area=False
-    )
-    date: str = _option("Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT")
-    bbox: str | Sequence[float] | None = _option(
-        "Convert only this part of AREA, with roads that reach beyond it up to their next junction: degrees, WGS 84."
-        "  [default: everything]",
-        metavar="W,S,E,N",
-        in_report=False,
-        per_area=False,
-    )
-    polygon: str | None = _option(
-        "Likewise: the polygons of a GeoJSON file.", Path, metavar="FILE", in_report=False, per_area=False
-    )
-    clip: bool = _flag(
-        "Cut roads off at --bbox or --polygon, as the command crop does.", in_report=False, per_area=False
-    )
-    ways: str | Iterable[str] = _option(
-        "Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
-        default="drivable",
-        metavar="LIST",
-    )
-    include_private: bool = _flag("Keep ways that are closed to the public.")
-    corrections: str | None = _option(
-        "What you know better than OpenStreetMap, by its ids, in TOML or GeoJSON; docs/corrections.md describes it.",
-        Path,
-        metavar="FILE",
-        in_report=False,
-        per_area=False,
-    )
-    corrections_shared: bool = _flag(
-        "The corrections are for more areas than this one: those that match nothing here are not reported.",
-        in_report=False,
-        per_area=False,
-    )
-    xodr_version: str = _option(
-        "Version of OpenDRIVE.", default=WriteOptions().version, choices=VERSIONS, in_report=False
-    )
-    left_hand: bool | None = _option("Traffic drives on the left.  [default: as in the country]", bool)
-    right_hand: bool | None = _option(
-        "Traffic drives on the right.  [default: as in the country]", bool, in_report=False
-    )
-    default_lane_width: float | None = _option(
-        "Width of lanes where OSM gives none.  [default: by class of road]", float, metavar="METRES"
-    )
-    no_default_speeds: bool = _flag(
-        "Write only the speed limits that OSM gives, none that is usual in the country.", negates="default_speeds"
-    )
-    no_guessed_sidewalks: bool = _flag(
-        "Write only the sidewalks that OSM gives, none that streets in towns usually have.",
-        negates="guessed_sidewalks",
-    )
-    no_guessed_shoulders: bool = _flag(
-        "Write only the shoulders that OSM gives, none that motorways usually have.",
-        negates="guessed_shoulders",
-    )
-    surface: str = _option(
-        "How heights between the cells of the elevation model are found.",
-        default=SURFACE_METHOD,
-        choices=SURFACE_METHODS,
-    )
-    polynomial_order: int = _option(
-        "Degree of the trend that fills gaps of the elevation model.",
-        int,
-        POLYNOMIAL_ORDER,
-        metavar="2-5",
-        least=2,
-        most=5,
-    )
-    dem_type: str = _option(
-        "Whether elevation models show the ground (dtm), or canopy and roofs (dsm), which roads then see through.",
-        default="auto",
-        choices=DEM_TYPES,
-    )
-    dem_sigma: float | None = _option(
-        "Standard error of the elevation models' heights.  [default: estimated]", float, metavar="METRES"
-    )
-    vertical_datum: str | None = _option(
-        "Turn heights into this datum: ellipsoid, or a code such as EPSG:3855 (EGM2008).  [default: as they are]",
-        metavar="DATUM",
-    )
-    dem_vertical_datum: str | None = _option(
-        "Datum of the elevation models' heights, likewise.  [default: as the files say]", metavar="DATUM"
-    )
-    dem_crs: str | None = _option(
-        "CRS of elevation models that do not say theirs, such as EPSG:25832.  [default: they are refused]",
-        metavar="CRS",
-    )
-    dem_unit: str | None = _option(
-        "Unit of heights of elevation models that do not say theirs, such as ft or us-ft.  [default: m]",
-        metavar="UNIT",
-    )
-    dem_encoding: str | None = _option(
-        "How elevation models that are pictures (Terrain-RGB) code heights as colours.  [default: they are refused]",
-        choices=DEM_ENCODINGS,
-    )
-    allow_partial: bool = _flag(
-        "Accept elevation models that cover less than half of the roads, and maps that their server did not send in"
-        " full."
-    )
-    fail_below_coverage: float | None = _option(
-        "Fail if elevation models cover less than this share of the roads, 0 to 1.  [default: half of them]",
-        float,
-        metavar="SHARE",
-        least=0,
-        most=1,
-    )
-    smoothing: float = _option(
-        "Factor on the length over which heights are smoothed.", float, default=1.0, metavar="FACTOR"
-    )
-    max_grade: str | Mapping[str, float] | None = _option(
-        "Largest grades by class, such as motorway=0.05,residential=12%.  [default: see docs/elevation.md]",
-        metavar="TABLE",
-    )
-    no_structures: bool = _flag("Lay bridges and tunnels on the ground.", negates="structures")
-    superelevation: str = _option(
-        "Cross slope of motorways and trunk roads: as a fine elevation model shows it (cells up to 2 m), elsewhere as"
-        " roads are designed (auto); as such a model shows it alone; or none.",
-        default=SUPERELEVATION[0],
-        choices=SUPERELEVATION,
-    )
-    turnarounds: bool = _flag("End every dead end of a two-way street in a loop.")
-    u_turns: str = _option(
-        "U-turns between carriageways that are kept: as the country's law says at signals, all that OSM allows, those"
-        " that it maps, or none.",
-        default=U_TURNS[0],
-        choices=U_TURNS,
-    )
-    plan: str = _option(
-        "Reference lines with spirals, of continuous curvature on plain roads, or of lines and arcs alone.",
-        default=PLANS[0],
-        choices=PLANS,
-    )
-    target: str = _option(
-        "Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",
-        default=DEFAULT_TARGET,
-        choices=tuple(TARGETS),
-    )
-    objects: str | Iterable[str] | None = _option(
-        f"Further objects: {', '.join(EXTRA_OBJECTS)}, or all.  [default: none]", metavar="LIST"
-    )
-    no_furniture: bool = _flag(
-        "Write the carriageway alone: no signals, objects and lanes beside it.", negates="furniture"
-    )
-    frame: str | None = _option(
-        "Areas side by side, as batch --shared-frame writes them: cut roads at the border of the one that AREA is"
-        " named after.",
-        Path,
-        metavar="FILE",
-        in_report=False,
-        per_area=False,
-    )
-    tile: str | None = _option(
-        "With --frame, where AREA is the map of a block of areas: lay out the roads of the block, and write those of"
-        " this area.",
-        metavar="NAME",
-        in_report=False,
-        per_area=False,
-    )
-    jobs: int | None = _option(
-        "Processes that work at once; the result is the same for any number.  [default: one per core, up to"
-        f" {MOST_JOBS}; one for areas with fewer than {COPIES_FROM} streets]",
-        int,
-        metavar="N",
-        least=1,
-        in_report=False,
-        per_area=False,
-    )
-
     def __post_init__(self) -> None:
         for name, declaration in DECLARATIONS.items():
-            object.__setattr__(self, name, _checked(name, getattr(self, name), declaration))
+            value = _checked(name, getattr(self, name), declaration)
+            object.__setattr__(self, name, value)
+            if value is not None:
+                with refused(name):
+                    declaration.for_stage(value)
         if self.left_hand is not None and self.left_hand == self.right_hand:
             raise OptionError(
                 "left_hand and right_hand exclude each other; give one of them", "left_hand", "right_hand"
@@ -272,15 +169,6 @@ class ConvertOptions:
             raise OptionError(f"{why}; choose another target, or leave it out", "clip", "target")
         if self.tile is not None and self.frame is None:
             raise OptionError("tile is about areas side by side; give their frame, or leave it out", "tile", "frame")
-        if not 0.0 < self.smoothing < math.inf:
-            raise OptionError(
-                f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
-            )
-        if self.smoothing > _SMOOTHING_MOST:
-            many = f"smoothing: {self.smoothing:g} is above {_SMOOTHING_MOST:g}, which levels mountains"
-            raise OptionError(f"{many}; 1 is the usual, 2 is smoother", "smoothing")
-        with refused("date"):
-            check_date(self.date)
 
     def inputs(self, area: Path, dems: Iterable[Path]) -> dict[str, Any]:
         """Return what was asked for, as reports say it."""
@@ -290,30 +178,29 @@ class ConvertOptions:
             "dem": [str(path) for path in dems],
             "name": self.name_for(area),
         }
+        given: dict[str, Any] = {}
         for name, declaration in DECLARATIONS.items():
-            if declaration.in_report:
-                value = getattr(self, name)
+            value = getattr(self, name)
+            if declaration.reported is Reported.ALWAYS:
                 out[declaration.negates or name] = not value if declaration.negates else value
-        rare = {name: getattr(self, name) for name in _RARE}
-        return out | {name: value for name, value in rare.items() if value not in (None, False)}
+            elif declaration.reported is Reported.GIVEN and value not in (None, False):
+                given[name] = value
+        return out | given
 
     def name_for(self, area: Path) -> str:
         """Return the name of the road network."""
-        return area_name(area) if self.name is None else self.name
+        return area_name(area) if self.name is None else str(self.name)
 
+    def for_stage(self, field: dataclasses.Field[Any]) -> dict[str, Any]:
+        """Return the value of a stage's field by its name; nothing where no option says it, or none is given."""
+        name: str = field.metadata.get("option", "")
+        value = getattr(self, name) if name else None
+        return {} if value is None else {field.name: DECLARATIONS[name].for_stage(value)}
 
-DECLARATIONS: Final[Mapping[str, Declaration]] = MappingProxyType(
-    {item.name: item.metadata["declaration"] for item in dataclasses.fields(ConvertOptions)}
-)
-
-
-# For help(): the declarations as parameters.
-ConvertOptions.__doc__ = (ConvertOptions.__doc__ or "").replace(
-    "    Raises\n",
-    "    Parameters\n    ----------\n"
-    + "".join(f"    {name}\n        {declared.help}\n" for name, declared in DECLARATIONS.items())
-    + "\n    Raises\n",
-)
+    def changed(self, **changes: Any) -> ConvertOptions:
+        """Return options with other values of some."""
+        out: ConvertOptions = dataclasses.replace(cast(Any, self), **changes)
+        return out
 
 
 def paths(given: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> tuple[Path, ...]:

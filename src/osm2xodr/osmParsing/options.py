@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from osm2xodr.model import Corrections, LocalFrame, Rule
+from osm2xodr.conventions import Group, flag, option, same_option
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
+
+if TYPE_CHECKING:
+    from osm2xodr.model import Corrections, LocalFrame, Rule
 
 _MAJOR: Final = frozenset(
     f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
@@ -37,32 +40,6 @@ PRESETS: Final[Mapping[str, WaySelection]] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class ParseOptions:
-    """What is read of an OSM file; ValueError if the lane width is not that of a lane."""
-
-    ways: WaySelection = DRIVABLE  # Which ways become streets
-    include_private: bool = False  # Whether to carry ways that are closed to the public
-    rule: Rule | None = None  # The driving side; None takes it from OSM or the country
-    # Width of lanes without a tagged width, m; None takes one by the class of the road
-    default_lane_width: float | None = None
-    furniture: bool = True  # Whether to read footways, barriers, stops, tram tracks, signs beside streets
-    extra_objects: frozenset[str] = frozenset()  # Things read beside streets on request: ``lamps``, ``trees``
-    default_speeds: bool = True  # Whether streets without a limit get the usual one of the country, place and class
-    guessed_sidewalks: bool = True  # Whether streets in towns get sidewalks where no tag says anything of any
-    guessed_shoulders: bool = True  # Likewise hard shoulders beside motorways
-    frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
-    allow_partial: bool = False  # Whether a map may be read of which its server says that it is not whole
-    corrections: Corrections = field(default_factory=Corrections)  # What the user knows better than OSM
-
-    def __post_init__(self) -> None:
-        width = self.default_lane_width
-        if width is not None and not (math.isfinite(width) and LANE_WIDTH_MIN <= width <= LANE_WIDTH_MAX):
-            raise ValueError(
-                f"a lane cannot be {width:g} m wide, give a width from {LANE_WIDTH_MIN:g} to {LANE_WIDTH_MAX:g} m"
-            )
-
-
 def parse_ways_option(text: str) -> WaySelection:
     """Read ``--ways``: presets and values of ``highway``, separated by commas; ValueError for others or none.
 
@@ -82,3 +59,82 @@ def parse_ways_option(text: str) -> WaySelection:
         services_out |= chosen.services_out
         every_service |= "service" in chosen.highways and not chosen.services_out
     return WaySelection(highways, frozenset() if every_service else services_out)
+
+
+def _check_width(width: float) -> float:
+    """Return the width of a lane, m; ValueError if no lane has it."""
+    if not (math.isfinite(width) and LANE_WIDTH_MIN <= width <= LANE_WIDTH_MAX):
+        raise ValueError(
+            f"a lane cannot be {width:g} m wide, give a width from {LANE_WIDTH_MIN:g} to {LANE_WIDTH_MAX:g} m"
+        )
+    return width
+
+
+def _side(left: bool) -> Rule:
+    from osm2xodr.model import Rule
+
+    return Rule.LEFT_HAND if left else Rule.RIGHT_HAND
+
+
+def _no_corrections() -> Corrections:
+    from osm2xodr.model import Corrections
+
+    return Corrections()
+
+
+@dataclass(frozen=True, slots=True)
+class ParseOptions:
+    """What is read of an OSM file; ValueError if the lane width is not that of a lane."""
+
+    ways: WaySelection = option(
+        "ways",
+        Group.WHAT,
+        "Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
+        default="drivable",
+        metavar="LIST",
+        parse=parse_ways_option,
+        stage=DRIVABLE,
+    )
+    include_private: bool = flag("include_private", Group.WHAT, "Keep ways that are closed to the public.")
+    # The driving side; None takes it from OSM or the country
+    rule: Rule | None = option(
+        "left_hand", Group.LANES, "Traffic drives on the left.  [default: as in the country]", bool, parse=_side
+    )
+    default_lane_width: float | None = option(
+        "default_lane_width",
+        Group.LANES,
+        "Width of lanes where OSM gives none.  [default: by class of road]",
+        float,
+        metavar="METRES",
+        parse=_check_width,
+    )
+    # Whether to read footways, barriers, stops, tram tracks, signs beside streets
+    furniture: bool = same_option("no_furniture", True)
+    # Things read beside streets on request: ``lamps``, ``trees``
+    extra_objects: frozenset[str] = same_option("objects", frozenset())
+    default_speeds: bool = flag(
+        "no_default_speeds",
+        Group.LANES,
+        "Write only the speed limits that OSM gives, none that is usual in the country.",
+        negates="default_speeds",
+    )
+    guessed_sidewalks: bool = flag(
+        "no_guessed_sidewalks",
+        Group.LANES,
+        "Write only the sidewalks that OSM gives, none that streets in towns usually have.",
+        negates="guessed_sidewalks",
+    )
+    guessed_shoulders: bool = flag(
+        "no_guessed_shoulders",
+        Group.LANES,
+        "Write only the shoulders that OSM gives, none that motorways usually have.",
+        negates="guessed_shoulders",
+    )
+    frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
+    # Whether a map may be read of which its server says that it is not whole
+    allow_partial: bool = same_option("allow_partial", False)
+    corrections: Corrections = field(default_factory=_no_corrections)  # What the user knows better than OSM
+
+    def __post_init__(self) -> None:
+        if self.default_lane_width is not None:
+            _check_width(self.default_lane_width)

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from osm2xodr.surface.coverage import judge_coverage as judge_coverage
     from osm2xodr.surface.dem_surface import DemSummary as DemSummary, DemSurface as DemSurface
     from osm2xodr.surface.files import DEM_ENDINGS as DEM_ENDINGS, expand as expand
+    from osm2xodr.surface.flat_surface import FlatSurface as FlatSurface
     from osm2xodr.surface.grids import is_virtual as is_virtual, virtual_sources as virtual_sources
     from osm2xodr.surface.options import (
         DEM_ENCODINGS as DEM_ENCODINGS,
         DEM_TYPES as DEM_TYPES,
         METHODS as METHODS,
-        FlatSurface as FlatSurface,
         SurfaceOptions as SurfaceOptions,
     )
     from osm2xodr.surface.reading import (
@@ -45,7 +45,8 @@ __getattr__ = lazy_exports(
         "dem_surface": ("DemSummary", "DemSurface"),
         "files": ("DEM_ENDINGS", "expand"),
         "grids": ("is_virtual", "virtual_sources"),
-        "options": ("DEM_ENCODINGS", "DEM_TYPES", "FlatSurface", "METHODS", "SurfaceOptions"),
+        "flat_surface": ("FlatSurface",),
+        "options": ("DEM_ENCODINGS", "DEM_TYPES", "METHODS", "SurfaceOptions"),
         "reading": ("points_along", "read_surface", "suspect_feet"),
         "survey": ("DemComparison", "SurfaceComparison", "compare_surfaces"),
     },

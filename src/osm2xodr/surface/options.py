@@ -1,53 +1,124 @@
-"""Options of the surface, and the flat surface: all that is needed where there is no elevation model."""
+"""What the user may choose about elevation models. Imports nothing heavy: the command line reads it first."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from osm2xodr import defaults
+from osm2xodr.conventions import Group, flag, option
+from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError
-from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
 DEM_ENCODINGS = ("terrarium", "mapbox")
 
 
+def _check_sigma(sigma: float) -> float:
+    """Return a standard error, m; InputError if it is none."""
+    if not 0.0 < sigma < math.inf:
+        raise InputError(f"the elevation model's standard error {sigma} m is not above 0; give metres")
+    return sigma
+
+
 @dataclass(frozen=True, slots=True)
 class SurfaceOptions:
     """How heights are made from elevation models; `InputError` if a value is not offered."""
 
-    # One of `METHODS`: the interpolation between cells, or ``polynomial`` for the trend alone, which loses terrain
-    # shorter than about 1 km
-    method: str = defaults.SURFACE_METHOD
-    polynomial_order: int = defaults.POLYNOMIAL_ORDER  # Total degree of the trend, 2 to 5
-    allow_partial: bool = False  # Whether elevation models may cover less than half of the roads
-    # Share of the roads that elevation models must cover, 0 to 1, whatever `allow_partial` says; None for the usual
-    coverage_least: float | None = None
-    # Standard error of the heights of all elevation models, m; None estimates it from each of them
-    sigma: float | None = None
-    # One of `DEM_TYPES`: elevation models show the ground (``dtm``), or canopy and roofs (``dsm``); ``auto`` decides
-    # by each model's name and heights
-    dem_type: str = "auto"
-    vertical_datum: str | None = None  # Datum to convert heights to (`parse_datum`); None leaves them as they are
-    # Datum of the elevation models' heights, likewise; None takes it from their files
-    dem_vertical_datum: str | None = None
-    # CRS and unit of heights of elevation models whose files do not say them, in any form that PROJ reads, and as in
-    # ``ft``; None refuses those without a CRS, and takes heights for metres
-    dem_crs: str | None = None
-    dem_unit: str | None = None
-    # How elevation models that are pictures code heights as colours, ``terrarium`` or ``mapbox``; None refuses those
-    dem_encoding: str | None = None
+    # ``polynomial`` is the trend alone, which loses terrain shorter than about 1 km
+    method: str = option(
+        "surface",
+        Group.HEIGHTS,
+        "How heights between the cells of the elevation model are found.",
+        default=SURFACE_METHOD,
+        choices=METHODS,
+    )
+    polynomial_order: int = option(
+        "polynomial_order",
+        Group.MORE,
+        "Degree of the trend that fills gaps of the elevation model.",
+        int,
+        default=POLYNOMIAL_ORDER,
+        metavar="2-5",
+        least=2,
+        most=5,
+    )
+    dem_type: str = option(
+        "dem_type",
+        Group.HEIGHTS,
+        "Whether elevation models show the ground (dtm), or canopy and roofs (dsm), which roads then see through.",
+        default="auto",
+        choices=DEM_TYPES,
+    )
+    sigma: float | None = option(
+        "dem_sigma",
+        Group.HEIGHTS,
+        "Standard error of the elevation models' heights.  [default: estimated]",
+        float,
+        metavar="METRES",
+        parse=_check_sigma,
+        needs_dem=True,
+    )
+    vertical_datum: str | None = option(
+        "vertical_datum",
+        Group.HEIGHTS,
+        "Turn heights into this datum: ellipsoid, or a code such as EPSG:3855 (EGM2008).  [default: as they are]",
+        metavar="DATUM",
+        needs_dem=True,
+    )
+    dem_vertical_datum: str | None = option(
+        "dem_vertical_datum",
+        Group.HEIGHTS,
+        "Datum of the elevation models' heights, likewise.  [default: as the files say]",
+        metavar="DATUM",
+        needs_dem=True,
+    )
+    dem_crs: str | None = option(
+        "dem_crs",
+        Group.HEIGHTS,
+        "CRS of elevation models that do not say theirs, such as EPSG:25832.  [default: they are refused]",
+        metavar="CRS",
+        needs_dem=True,
+    )
+    dem_unit: str | None = option(
+        "dem_unit",
+        Group.HEIGHTS,
+        "Unit of heights of elevation models that do not say theirs, such as ft or us-ft.  [default: m]",
+        metavar="UNIT",
+        needs_dem=True,
+    )
+    dem_encoding: str | None = option(
+        "dem_encoding",
+        Group.HEIGHTS,
+        "How elevation models that are pictures (Terrain-RGB) code heights as colours.  [default: they are refused]",
+        choices=DEM_ENCODINGS,
+        needs_dem=True,
+    )
+    allow_partial: bool = flag(
+        "allow_partial",
+        Group.HEIGHTS,
+        "Accept elevation models that cover less than half of the roads, and maps that their server did not send in"
+        " full.",
+    )
+    # Whatever `allow_partial` says
+    coverage_least: float | None = option(
+        "fail_below_coverage",
+        Group.HEIGHTS,
+        "Fail if elevation models cover less than this share of the roads, 0 to 1.  [default: half of them]",
+        float,
+        metavar="SHARE",
+        least=0,
+        most=1,
+        needs_dem=True,
+    )
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise InputError(f"surface '{self.method}' is not known; choose one of {', '.join(METHODS)}")
         if self.polynomial_order not in range(2, 6):
             raise InputError(f"the surface's polynomial order {self.polynomial_order} is not offered; choose 2 to 5")
-        if self.sigma is not None and not 0.0 < self.sigma < np.inf:
-            raise InputError(f"the elevation model's standard error {self.sigma} m is not above 0; give metres")
+        if self.sigma is not None:
+            _check_sigma(self.sigma)
         if self.dem_type not in DEM_TYPES:
             remedy = f"choose one of {', '.join(DEM_TYPES)}"
             raise InputError(f"the type of elevation model '{self.dem_type}' is not known; {remedy}")
@@ -56,23 +127,3 @@ class SurfaceOptions:
                 "the vertical datum of the elevation models is used only to convert heights to another; give "
                 "--vertical-datum too"
             )
-
-
-@dataclass(frozen=True, slots=True)
-class FlatSurface:
-    """The ground where there is no elevation model: exact, at height 0."""
-
-    cell_size: float = 0.0
-    sigma: float = 0.0
-
-    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return 0 m for local x, y (n,), and that it is measured."""
-        return np.zeros(len(x)), np.ones(len(x), bool)
-
-    def measured(self, x: FloatArray, y: FloatArray) -> BoolArray:
-        """Return that heights at local x, y (n,), m, are measured."""
-        return np.ones(len(x), bool)
-
-    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return that heights at local x, y (n,), m, are exact."""
-        return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr import __version__
-from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Group, Reported, Target, option, same_option
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +76,42 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
 VERSIONS: Final = tuple(DIALECTS)
 
 
+def check_date(text: str) -> str:
+    """Return a date for the header; ValueError if it is not one of ISO 8601, or empty for none."""
+    try:
+        # Python 3.10 does not know Z.
+        datetime.fromisoformat(text.removesuffix("Z") or "2000-01-01")
+    except ValueError:
+        raise ValueError(f"{text!r} is not a date; write one such as 2024-05-01 or 2024-05-01T12:30:00") from None
+    return text
+
+
 @dataclass(frozen=True, slots=True)
 class WriteOptions:
     """How to write."""
 
-    version: str = "1.7"  # Version of OpenDRIVE, one of `VERSIONS`
+    version: str = option(
+        "xodr_version",
+        Group.OUTPUT,
+        "Version of OpenDRIVE.",
+        default="1.7",
+        choices=VERSIONS,
+        reported=Reported.NEVER,
+    )
     name: str = ""  # Name of the road network in the header
-    # Date in the header, ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives the
-    # same bytes.
-    date: str = ""
+    # ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives the same bytes.
+    date: str = option(
+        "date",
+        Group.MORE,
+        "Date for the header, such as 2024-05-01.  [default: none]",
+        default="",
+        metavar="TEXT",
+        parse=check_date,
+    )
     tool_version: str = __version__  # Version of the converter, for the header
     osm_data: bool = True  # Whether the data are OpenStreetMap's, whose licence asks to be named
     elevation_credits: tuple[str, ...] = ()  # Whom the heights are owed
-    target: Target = TARGETS[DEFAULT_TARGET]  # The reader to write for
+    target: Target = same_option("target", TARGETS[DEFAULT_TARGET])  # The reader to write for
 
     def __post_init__(self) -> None:
         if self.version not in DIALECTS:
@@ -100,12 +123,3 @@ class WriteOptions:
     def dialect(self) -> Dialect:
         """The features of the chosen version."""
         return DIALECTS[self.version]
-
-
-def check_date(text: str) -> None:
-    """Refuse a date for the header that is not one of ISO 8601; empty is none. Raises ValueError."""
-    try:
-        # Python 3.10 does not know Z.
-        datetime.fromisoformat(text.removesuffix("Z") or "2000-01-01")
-    except ValueError:
-        raise ValueError(f"{text!r} is not a date; write one such as 2024-05-01 or 2024-05-01T12:30:00") from None

@@ -11,8 +11,9 @@ from elevation_helpers import Ground, RoadSpec, Solved, connector_between, make_
 
 from osm2xodr.curves.cubics import cubic_value
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, solve_profiles
+from osm2xodr.geometry.heights import Pins, ProfileProblem, solve_profiles
 from osm2xodr.geometry.heights.defaults import CLEARANCE_OTHER, RAMP_REACH
+from osm2xodr.geometry.options import ElevationOptions
 
 Z = 12.0
 LEVEL = Ground(lambda x, y: np.full(len(x), Z))

@@ -18,7 +18,7 @@ from elevation_helpers import (
     straight,
 )
 
-from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
+from osm2xodr.geometry.heights import ProfileProblem
 from osm2xodr.geometry.heights.arm_limits import _arm_pairs, limit_arms
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
@@ -31,6 +31,7 @@ from osm2xodr.geometry.heights.limits import (
 )
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.stiffness import Beams
+from osm2xodr.geometry.options import ElevationOptions, parse_grade_limits
 from osm2xodr.model import FloatArray, PlanView
 
 

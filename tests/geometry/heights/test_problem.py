@@ -8,7 +8,8 @@ from elevation_helpers import make_problem, straight
 
 from osm2xodr import defaults
 from osm2xodr.errors import InputError
-from osm2xodr.geometry.heights.problem import end_spans, parse_grade_limits, span_at, span_roads
+from osm2xodr.geometry.heights.problem import end_spans, span_at, span_roads
+from osm2xodr.geometry.options import parse_grade_limits
 
 
 def test_entries_replace_the_defaults() -> None:

@@ -13,8 +13,9 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, ground_around, solve_profiles
+from osm2xodr.geometry.heights import ground_around, solve_profiles
 from osm2xodr.geometry.heights.ground_windows import CORE
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import FloatArray
 
 PLANE = Ground(lambda x, y: 300.0 + 0.025 * x - 0.015 * y)

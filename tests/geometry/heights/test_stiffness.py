@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from elevation_helpers import Ground, RoadSpec, make_problem, solve, straight
 
-from osm2xodr.geometry.heights import ElevationOptions
 from osm2xodr.geometry.heights.crossings import find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, hermite, number_unknowns
 from osm2xodr.geometry.heights.stiffness import (
@@ -20,6 +19,7 @@ from osm2xodr.geometry.heights.stiffness import (
     network_stiffness,
     rotation_stiffness,
 )
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import FloatArray
 
 

@@ -27,13 +27,13 @@ from osm2xodr.curves import (
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import (
-    ElevationOptions,
     Pins,
     ProfileProblem,
     chosen_roads,
     ground_around,
     solve_profiles,
 )
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, Surface
 
 # Heights where roads are cut follow from the roads that come this near to both areas, m. Data farther off than the

@@ -7,7 +7,6 @@ from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
-    ElevationOptions,
     KnownHeights,
     LevelsInside,
     Pins,
@@ -18,7 +17,6 @@ from osm2xodr.geometry.heights.problem import (
     fast_spans,
     levels_at,
     one_way_fast_ends,
-    parse_grade_limits,
     wanted_clearances,
 )
 from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
@@ -28,7 +26,6 @@ from osm2xodr.geometry.heights.superelevation import sloping_junctions
 
 __all__ = [
     "ConnectorProblem",
-    "ElevationOptions",
     "Ground",
     "KnownHeights",
     "LevelsInside",
@@ -47,7 +44,6 @@ __all__ = [
     "levels_at",
     "one_way_fast_ends",
     "only_curves",
-    "parse_grade_limits",
     "sloping_junctions",
     "solve_profiles",
     "spread_curves",

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import lengths, pose, runs
+from osm2xodr.geometry.defaults import GRADE_MAX
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, rows_matrix
 from osm2xodr.geometry.heights.limits import FIRM_STIFFNESS_RATIO, STIFFNESS_RATIO, Limits, within
@@ -208,7 +209,7 @@ def _limit_paths(network: Network, ends: _Ends, density: FloatArray) -> list[Lim
     mean, g0, g1 = sp.diags(1.0 / length) @ (paths.z1 - paths.z0), paths.g0, paths.g1
     k, cap = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY), _moment(density, defaults.FIRM_PUSH)
     middle = sp.csr_matrix(1.5 * mean - 0.25 * (g0 + g1))
-    out = [within(middle, np.full(len(row), defaults.GRADE_MAX), STIFFNESS_RATIO * k[j], cap[j])]
+    out = [within(middle, np.full(len(row), GRADE_MAX), STIFFNESS_RATIO * k[j], cap[j])]
     posted = connector_speeds(network.problem, connectors.start_end[row], connectors.end_end[row])
     for rows, s in ((6.0 * mean - 4.0 * g0 - 2.0 * g1, 0.0 * length), (6.0 * mean - 2.0 * g0 - 4.0 * g1, length)):
         bound = defaults.VERTICAL_ACCELERATION_MAX / driven_speeds(connectors.plan_view, row, s, posted) ** 2

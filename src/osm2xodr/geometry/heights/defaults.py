@@ -133,11 +133,8 @@ WALL_SLOPE: Final = 0.5
 
 # ---------------------------------------------------------------- limits
 
-# Elastic grade limit: this times the class's grade. No road outside junctions is steeper than the firm limit, no
-# junction's plane than the firm tilt: Baldwin Street in Dunedin, the steepest there is, has 0.35, and the connecting
-# roads of a junction need room for what the plane's tilt adds to their grade.
+# Elastic grade limit: this times the class's grade.
 GRADE_SLACK: Final = 1.25
-GRADE_MAX: Final = 0.31
 # How far the ground gives way to limits, m: to those that readers and cars need, and to what the user knows, as if to
 # none; to the usual grade of a class where the ground itself is no steeper; to how roads twist at junctions by half a
 # standard error of the elevation model; to the level ends of arms that cannot be warped; to ways that part as one

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.defaults import GRADE_MAX
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings, Order, lower_side
 from osm2xodr.geometry.heights.elements import (
@@ -135,11 +136,11 @@ def limit_grades(
     inner = np.flatnonzero(np.isin(u, _CLASS_LIMIT_AT))
     of, cap = e[inner], np.where(known, defaults.FIRM_PUSH, defaults.GRADE_PUSH) * lift / len(_CLASS_LIMIT_AT)
     ground = np.where(known, 0.0, ground_grades(network, reading))
-    bound = np.maximum(defaults.GRADE_SLACK * limit, np.minimum(ground, defaults.GRADE_MAX))
+    bound = np.maximum(defaults.GRADE_SLACK * limit, np.minimum(ground, GRADE_MAX))
     firm = defaults.FIRM_PUSH * np.maximum(lift, whole) / len(_FIRM_LIMIT_AT)
     return [
         within(rows[inner], bound[of], STIFFNESS_RATIO * k[of], cap[of]),
-        within(rows, np.full(len(e), defaults.GRADE_MAX), FIRM_STIFFNESS_RATIO * k[e], firm[e]),
+        within(rows, np.full(len(e), GRADE_MAX), FIRM_STIFFNESS_RATIO * k[e], firm[e]),
     ]
 
 

@@ -4,26 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from osm2xodr.conventions import SUPERELEVATION
 from osm2xodr.curves import chosen_curves, find_record, runs, starts
-from osm2xodr.defaults import GRADE_LIMIT
-from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
-from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK, GRADE_MAX
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule, Structure
 
 _Column = TypeVar("_Column", FloatArray, IntArray, BoolArray)
-# Classes that the defaults leave to the value for all others.
-_OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
 # Width of a carriageway that is not known, m.
 _UNKNOWN_WIDTH: Final = 6.0
-# Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
-_GRADE_LIMIT_MIN: Final = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,19 +85,6 @@ class ProfileProblem:
     connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do
     carried: BoolArray | None = None  # (J,) Junctions through which crossfall may run on; none where not given
     warped: BoolArray | None = None  # (J,) Junctions whose arms may end on its plane also across; likewise
-
-
-@dataclass(frozen=True, slots=True)
-class ElevationOptions:
-    """What a user may choose about heights."""
-
-    # Factor on the length over which heights are smoothed; 1 is what the elevation model itself calls for
-    smoothing: float = 1.0
-    # Largest grade by OSM's ``highway`` value, rise per metre
-    grade_limit: Mapping[str, float] = field(default_factory=lambda: GRADE_LIMIT)
-    # Whether bridges and tunnels leave the ground, and roads of different layers keep clear of each other
-    structures: bool = True
-    superelevation: str = SUPERELEVATION[0]  # Where the cross slope of fast roads comes from, of `SUPERELEVATION`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -284,50 +263,6 @@ def _clearances(problem: ProfileProblem) -> FloatArray:
         return usual
     signed = problem.span_max_height + DECK
     return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
-
-
-def parse_grade_limits(text: str) -> Mapping[str, float]:
-    """Return the grade limits by class, the user's own in place of the defaults.
-
-    Parameters
-    ----------
-    text
-        Comma-separated ``class=limit``, the class a value of OSM's ``highway``, the limit in rise per metre or per
-        cent: ``motorway=0.05,residential=12%``.
-
-    Raises
-    ------
-    InputError
-        An entry has another form, its class is no road, or its limit is not one that a road can have.
-    """
-    known = {*GRADE_LIMIT, *_OTHER_CLASSES}
-    own: dict[str, float] = {}
-    for entry in text.split(","):
-        name, equals, value = (part.strip() for part in entry.partition("="))
-        if not equals or not name or not value:
-            entry = entry.strip()
-            raise InputError(f"max grade '{entry}' is not class=limit; write e.g. motorway=0.05,residential=12%")
-        if name not in known:
-            classes = ", ".join(sorted(known))
-            raise InputError(f"max grade for '{name}': no such class of roads; choose from {classes}")
-        if name in own:
-            raise InputError(f"max grade for '{name}' is given twice; give it once")
-        own[name] = _parse_limit(name, value)
-    return MappingProxyType({**GRADE_LIMIT, **own})
-
-
-def _parse_limit(name: str, value: str) -> float:
-    """Return a limit in rise per metre."""
-    try:
-        limit = float(value.removesuffix("%")) * (0.01 if value.endswith("%") else 1.0)
-    except ValueError:
-        raise InputError(f"max grade for '{name}': '{value}' is not a number; write e.g. 0.08 or 8%") from None
-    if not _GRADE_LIMIT_MIN <= limit <= GRADE_MAX:
-        raise InputError(
-            f"max grade for '{name}': {value} is not between {_GRADE_LIMIT_MIN:g} and "
-            f"{GRADE_MAX:g}; write rise per metre, e.g. 0.08, or 8%"
-        )
-    return limit
 
 
 def class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:

@@ -41,7 +41,6 @@ from osm2xodr.geometry.heights.limits import (
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import (
-    ElevationOptions,
     ProfileProblem,
     ProfileSolution,
     chosen_roads,
@@ -68,6 +67,7 @@ from osm2xodr.geometry.heights.superelevation import (
     warp_ends,
     warp_profiles,
 )
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import BoolArray, FloatArray, Surface
 from osm2xodr.system import release_memory
 

@@ -16,13 +16,12 @@ from osm2xodr.geometry.junctions.road_parts import (
     head_on_ends,
     without_idle_junctions,
 )
-from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
+from osm2xodr.geometry.junctions.turnarounds import add_turnarounds, draw_loops
 from osm2xodr.geometry.junctions.u_turns import choose_u_turns
 
 __all__ = [
     "JunctionLayout",
     "Movement",
-    "RoadOptions",
     "RoadParts",
     "add_turnarounds",
     "choose_u_turns",

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.conventions import PLANS
 from osm2xodr.curves import curves_of, ranks, repeated, replace_curves, unique_inverse
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
@@ -23,6 +22,7 @@ from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
 from osm2xodr.geometry.lanes import end_lanes
+from osm2xodr.geometry.options import RoadOptions
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
 
@@ -33,16 +33,6 @@ _PIECE_LENGTH: Final = 40.0
 # Lanes whose distance makes all but this much of their loop's radius go round half a circle without curves before and
 # after it, m.
 _LEAST_ASIDE: Final = 0.05
-
-
-@dataclass(frozen=True, slots=True)
-class RoadOptions:
-    """What the user chose about roads."""
-
-    # Whether every dead end of a two-way street gets a loop, not only those at turning circles
-    turnarounds: bool = False
-    u_turns: str = "law"  # Which U-turns between carriageways are kept, one of `conventions.U_TURNS`
-    plan: str = PLANS[0]  # What reference lines consist of, one of `conventions.PLANS`
 
 
 class _PlacedLoop(NamedTuple):

@@ -11,7 +11,8 @@ from elevation_helpers import Ground, RoadSpec, Solved, make_problem, solve, str
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, solve_profiles
+from osm2xodr.geometry.heights import solve_profiles
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import CubicProfile, FloatArray
 
 WANTED = ElevationOptions(superelevation="model")

@@ -11,7 +11,8 @@ from elevation_helpers import Ground, RoadSpec, Solved, make_problem, solve, str
 
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, Pins, solve_profiles
+from osm2xodr.geometry.heights import Pins, solve_profiles
+from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import FloatArray, Rule
 
 FLAT = Ground(lambda x, y: np.zeros(len(x)))
