@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import re
 import shlex
@@ -52,11 +53,11 @@ def test_the_python_in_the_readme_works(tmp_path: Path) -> None:
 
 
 def test_the_readme_lists_what_is_written(tmp_path: Path) -> None:
-    """Every element of a written file stands in the README's table, but for the folders that hold them."""
+    """Every element of a written file stands in the table, but for the folders that hold them."""
     target = tmp_path / "area.xodr"
     command = [sys.executable, "-m", "osm2xodr", "convert", str(SAMPLE / "area.osm"), "-q", "-o", str(target)]
     subprocess.run([*command, "--dem", str(SAMPLE / "dem.tif")], check=True)
-    table = README[README.index("## What is written") : README.index("Not written:")]
+    table = (ROOT / "docs" / "what_is_written.md").read_text(encoding="utf-8").partition("Not written:")[0]
     named = {word for text in re.findall(r"`([^`]+)`", table) for word in text.split()}
     folders = {
         "OpenDRIVE",
@@ -101,3 +102,19 @@ def test_every_sample_says_where_it_comes_from() -> None:
         for path in sample.iterdir():
             assert path.name == "SOURCES.md" or f"`{path.name}`" in text
         assert "OpenStreetMap contributors" in text
+
+
+def test_names_of_numbers_in_documents_are_those_of_the_code() -> None:
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "src").rglob("*.py")]
+    nodes = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    known = {node.id for node in nodes if isinstance(node.ctx, ast.Store)}
+    for path in sorted((ROOT / "docs" / "method").glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        named = set(re.findall(r"`(_?[A-Z][A-Z0-9]*_[A-Z0-9_]+|_[A-Z]+)`", text))
+        assert named - known == set(), path.name
+
+
+def test_links_in_documents_lead_somewhere() -> None:
+    for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")):
+        for target in re.findall(r"\]\(([\w./]+\.(?:md|png|jpg))\)", path.read_text(encoding="utf-8")):
+            assert (path.parent / target).is_file(), f"{path.name} -> {target}"

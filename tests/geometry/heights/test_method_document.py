@@ -37,10 +37,3 @@ def test_the_code_that_the_document_names_is_there() -> None:
         if module != "profiles" or name != "py":
             there = import_module(f"{heights.__name__}.{module}")
             assert hasattr(there, name) or find_spec(f"{there.__name__}.{name}"), f"{module}.{name}"
-
-
-def test_links_lead_somewhere() -> None:
-    docs = Path(__file__).parents[3] / "docs"
-    for page in (docs / "elevation.md", *sorted((docs / "method").glob("*.md"))):
-        for target in re.findall(r"\]\(([\w./]+\.md)\)", page.read_text("utf-8")):
-            assert (page.parent / target).is_file(), f"{page.name} -> {target}"
