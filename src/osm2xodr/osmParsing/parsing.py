@@ -34,6 +34,7 @@ from osm2xodr.osmParsing.network import (
     read_connectivities,
     read_restrictions,
     report_head_on,
+    sparse_streets,
     tags_on_streets,
     with_default_speeds,
     with_one_flow,
@@ -219,6 +220,11 @@ def _cut_ways(
         raise InputError(f"{path}: all streets lie on each other, as on way/{ways[lines.way[0]].id}; correct the map")
     if not found:
         raise EmptyAreaError(f"{path} has no way of any length to drive on; check the area that it covers")
+    if (sparse := sparse_streets(pieces, nodes)) is not None:
+        raise InputError(
+            f"{path}: {sparse[0] / 1e3:,.0f} km of streets have far fewer nodes than maps of the ground, as on"
+            f" way/{ways[sparse[1]].id}; correct the map, or choose a smaller area"
+        )
     return frame, points, pieces, same_node
 
 

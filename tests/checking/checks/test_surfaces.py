@@ -7,9 +7,11 @@ from typing import Any
 
 import pytest
 from checked import checked
+from lxml import etree
 from t_junction import Tree, one, road, sound_tree
 
 from osm2xodr.checking.checks import lanes, surfaces
+from osm2xodr.errors import InputError
 
 
 @pytest.fixture
@@ -78,7 +80,38 @@ def test_large_files_are_compared_part_by_part(tree: Tree, path: Path, monkeypat
     cells = surfaces._shared_cells
     monkeypatch.setattr(surfaces, "_shared_cells", counted)
     monkeypatch.setattr(surfaces, "_BLOCK", 20)
+    monkeypatch.setattr(surfaces, "_POINTS", 100)
     monkeypatch.setattr(lanes, "_BLOCK", 1)
     assert checked(tree, path, only=only, ignore=()).findings == whole
     # In more than one band of the roads, and one of those that overlap.
     assert len(points) > 2
+
+
+def test_wide_roads_are_compared_band_by_band_whatever_their_heading(tree: Tree, path: Path) -> None:
+    areas = []
+    for heading in ("0", "0.785398", "1.570796", "3.141593", "-2.0"):
+        for number, y in ((1, "0"), (4, "0.01")):
+            geometry = one(road(tree, number), "planView/geometry")
+            geometry.attrib.update({"x": "-500", "y": y, "hdg": heading})
+            for width in road(tree, number).iter("width"):
+                width.set("a", "40")
+        areas += [item.value for item in checked(tree, path, only=("overlap",), ignore=()).findings]
+    assert areas == pytest.approx([2290.0] * 5, rel=0.03)
+
+
+def test_roads_on_each_other_by_the_hundred_are_refused(tree: Tree, path: Path) -> None:
+    for k in range(1, 600):
+        copy = etree.fromstring(etree.tostring(road(tree, 4)))
+        copy.set("id", str(1000 + k))
+        one(copy, "planView/geometry").set("x", str(200.0 + k * 1e-3))
+        tree.append(copy)
+    with pytest.raises(InputError, match=r"map.xodr: too many carriageways lie on each other .* at road '\d+', s ="):
+        checked(tree, path)
+    assert checked(tree, path, only=("record-gap",), ignore=()).findings == ()
+
+
+def test_large_areas_that_roads_share_are_refused(tree: Tree, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one(road(tree, 4), "planView/geometry").attrib.update({"x": "-55", "y": "0"})
+    monkeypatch.setattr(surfaces, "_CROWD_POINTS", (100.0, 1.0))
+    with pytest.raises(InputError, match=r"too large an area to compare them, such as road '[14]'"):
+        checked(tree, path)

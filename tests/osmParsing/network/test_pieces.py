@@ -129,3 +129,20 @@ def test_more_streets_at_a_node_than_have_room_are_refused(tmp_path: Path) -> No
     area = Area({**spokes, 99: (0.0, 0.0)}, {k: ([99, k], ROAD) for k in spokes})
     with pytest.raises(InputError, match=r"33 streets meet at node/99"):
         area.parse(tmp_path)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_thousands_of_kilometres_with_few_nodes_are_refused_but_where_streets_cross(
+    tmp_path: Path, crossed: bool
+) -> None:
+    # 41 rows of 80 km, or a grid of streets every 1.6 km.
+    rows, columns, step = (34, 60, 1600.0) if crossed else (41, 3, 40_000.0)
+    nodes = {r * 100 + c + 1: (step * c, 1600.0 * r) for r in range(rows) for c in range(columns)}
+    ways = {r + 1: ([r * 100 + c + 1 for c in range(columns)], ROAD) for r in range(rows)}
+    if crossed:
+        ways |= {100 + c: ([r * 100 + c + 1 for r in range(rows)], ROAD) for c in range(columns)}
+        # At the corners two are one.
+        assert len(Area(nodes, ways).parse(tmp_path)[0].streets) == 34 * 59 + 33 * 60 - 4
+    else:
+        with pytest.raises(InputError, match=r"3,2\d\d km of streets have far fewer nodes .* as on way/\d+; correct"):
+            Area(nodes, ways).parse(tmp_path)

@@ -12,7 +12,18 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
+from osm2xodr.curves import (
+    CLEARANCE_STEP,
+    Table,
+    join_tables,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    unique_all,
+    unique_rows,
+)
+from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 from osm2xodr.system import available_jobs, map_parallel
@@ -33,6 +44,8 @@ _SHORTEST: Final = 4.0
 _LONGEST: Final = 1e6
 _WIDEST: Final = 1e3
 _FARTHEST: Final = 1e9
+# Below this slope, m/m, the widest carriageways lie in one cell from edge to edge.
+_FALL: Final = 1e-4
 # Bits of more than the cells of any file along y.
 _BITS: Final = 31
 _CELLS: Final = 1 << _BITS
@@ -45,8 +58,15 @@ _MOST_STATIONS: Final = 1 << 23
 # number by which neighbours along x lie apart there, more than most carriageways have cells along y.
 _SLOTS: Final = 1 << 22
 _APART: Final = 8191
-# Stations whose surfaces are compared at once, about: more would take much memory.
+# Stations whose surfaces are compared at once, about, and points of them: more would take much memory.
 _BLOCK: Final = 1 << 17
+_POINTS: Final = 1 << 20
+# Carriageways are counted in cells of this size, m. The sum of the squares of their numbers, or that for each record
+# of the plan view if it is larger, is what is compared at most; so are the points of squares with several roads.
+# Choices: of 20 files of this program and 4 of another one the dense ones have 40 and 150 for each record.
+_CROWD_CELL: Final = 12.0
+_CROWD: Final = (2e6, 300.0)
+_CROWD_POINTS: Final = (5e7, 5e3)
 
 
 @dataclass(frozen=True)
@@ -95,6 +115,31 @@ def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
         _check_junctions(drive, lanes, findings)
     if findings.wants("overlap"):
         _check_overlaps(drive, lanes, findings)
+
+
+def refuse_crowds(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Raise `InputError` where too many carriageways lie on each other: to compare them takes their square."""
+    if not any(map(findings.wants, ("junction-surface", "overlap", "clearance"))):
+        return
+    ways = carriageways(drive, lanes, np.flatnonzero(has_length(drive)), CLEARANCE_STEP)
+    width = ways.high - ways.low
+    count = np.maximum(np.ceil(width / _CROWD_CELL), 1.0).astype(np.int64)
+    row = repeated(count)
+    place = ways.places(row, ways.low[row] + (ranks(count) + 0.5) * (width / count)[row])
+    _, _, cell, met = unique_rows(np.column_stack([np.floor(axis / _CROWD_CELL).astype(np.int64) for axis in place]))
+    others = met[cell]
+    if float(others.sum()) > _most(drive, _CROWD):
+        worst = row[others.argmax()]
+        name, s = drive.roads.id[int(ways.road[worst])], ways.s[worst]
+        raise InputError(
+            f"{drive.path}: too many carriageways lie on each other to compare them, most at road {name!r},"
+            f" s = {s:.0f} m; delete the copies"
+        )
+
+
+def _most(drive: OpenDrive, bounds: tuple[float, float]) -> float:
+    """Return a bound on what is compared, by the one of any file and that for each record of the plan view."""
+    return max(bounds[0], bounds[1] * len(drive.plan_view.s))
 
 
 def carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> Carriageways:
@@ -172,9 +217,9 @@ def _by_junction(drive: OpenDrive) -> list[IntArray]:
     return np.split(roads, _cuts(drive.roads.junction[roads], drive.roads.length[roads] / _STEP))
 
 
-def _cuts(group: IntArray, stations: FloatArray | IntArray) -> IntArray:
+def _cuts(group: IntArray, stations: FloatArray | IntArray, most: int | None = None) -> IntArray:
     """Return where to cut rows with so many stations into blocks; ascending groups stay whole, (blocks - 1,)."""
-    block = (np.cumsum(stations) / _BLOCK).astype(np.int64)
+    block = (np.cumsum(stations) / (most or _BLOCK)).astype(np.int64)
     # A group belongs to the block of its first row.
     cuts = np.searchsorted(group, group[np.flatnonzero(np.diff(block)) + 1])
     return sorted_unique(cuts[cuts > 0])
@@ -236,12 +281,17 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
 
 @dataclass(frozen=True)
 class _Stretches(Table):
-    """Stretches of roads in squares of cells: keys of the squares, roads, first and last station."""
+    """Stretches of roads in squares of cells: keys of the squares, roads, first and last station, m across there."""
 
     key: IntArray
     road: IntArray
     first: IntArray
     last: IntArray
+    across: FloatArray
+
+    def points(self, spacing: float) -> FloatArray:
+        """Return the number of points in each, about, at a spacing across, m."""
+        return np.asarray((self.last - self.first + 1) * np.ceil(self.across / spacing))
 
 
 def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
@@ -253,11 +303,18 @@ def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: 
     in_squares = join_tables(parts)
     # Most squares have one road: nothing in them is looked at.
     near = in_squares.chosen(_with_several(in_squares.key, in_squares.road))
+    points = near.points(spacing)
+    if float(points.sum()) > _most(drive, _CROWD_POINTS):
+        name = drive.roads.id[int(near.road[points.argmax()])]
+        raise InputError(
+            f"{drive.path}: roads lie on or beside each other over too large an area to compare them, such as road"
+            f" {name!r}; check it in parts, or with --ignore overlap"
+        )
 
     def shared(band: _Stretches) -> _Shared:
         return _shared_cells(drive, _ways_in(drive, lanes, band, step), spacing, band)
 
-    return join_tables(map_parallel(shared, _bands(near), available_jobs()))
+    return join_tables(map_parallel(shared, _bands(near, spacing), available_jobs()))
 
 
 def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
@@ -276,14 +333,15 @@ def _in_squares(drive: OpenDrive, ways: Carriageways) -> _Stretches:
     run, rank = repeated(count), ranks(count)
     # Lines count from one far below, so that keys tell columns.
     key = (left[run] + rank // across[run]) * _CELLS + (_CELLS // 2 + low[run] + rank % across[run])
-    columns = (ways.road[at[begin]], ways.k[at[begin]], ways.k[at[end]])
+    widest = np.maximum.reduceat((ways.high - ways.low)[at], begin) if len(begin) else np.zeros(0)
+    columns = (ways.road[at[begin]], ways.k[at[begin]], ways.k[at[end]], np.minimum(widest, _CELL * 2**_SQUARE))
     return _Stretches(key, *(column[run] for column in columns))
 
 
-def _bands(near: _Stretches) -> list[_Stretches]:
-    """Divide stretches into bands of columns of squares, each with about as many stations as a block."""
+def _bands(near: _Stretches, spacing: float) -> list[_Stretches]:
+    """Divide stretches into bands of columns of squares, each with about as many points as are compared at once."""
     near = near.chosen(np.argsort(near.key, kind="stable"))
-    cuts = _cuts(near.key >> _BITS, near.last - near.first + 1)
+    cuts = _cuts(near.key >> _BITS, near.points(spacing), _POINTS)
     return [near.chosen(rows) for rows in np.split(np.arange(len(near.key)), cuts)]
 
 
@@ -303,14 +361,15 @@ def _inside(drive: OpenDrive, ways: Carriageways) -> BoolArray:
 def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, band: _Stretches) -> _Shared:
     """Return the cells that belong to two roads in a band, from points at a spacing across, m."""
     inside = np.flatnonzero(_inside(drive, ways))
-    room = (ways.high - ways.low)[inside] - 2 * _EDGE_MARGIN
-    count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
+    # In other bands not all stations with these cells are known.
+    ends = band.key[[0, -1]] >> _BITS if len(band.key) else np.array([0, -1])
+    first, end = _across(ways, inside, spacing, (ends + np.arange(2)) * (_CELL * 2**_SQUARE))
+    count = np.maximum(end - first, 0)
     row = np.repeat(inside, count)
-    t = ways.low[row] + _EDGE_MARGIN + ranks(count) * spacing
+    t = ways.low[row] + _EDGE_MARGIN + runs(first, count) * spacing
     column, line = (np.floor(axis / _CELL).astype(np.int64) for axis in ways.places(row, t))
     key = column * _CELLS + line
-    # In other bands not all stations with these cells are known.
-    square, ends = column >> _SQUARE, band.key[[0, -1]] >> _BITS if len(band.key) else (0, -1)
+    square = column >> _SQUARE
     within = np.flatnonzero((square >= ends[0]) & (square <= ends[1]))
     several = within[_with_several(key[within], ways.road[row[within]])]
     key, row = key[several], row[several]
@@ -324,6 +383,19 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, band: _S
     first = np.where(road[both] < road[both + 1], both, both + 1)
     last = np.where(road[both] < road[both + 1], both + 1, both)
     return _Shared(road[first], road[last], ways.s[row[first]])
+
+
+def _across(ways: Carriageways, row: IntArray, spacing: float, west_east: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the first point across stations that may lie in a band, and the one behind the last, (rows,)."""
+    begin = ways.low[row] + _EDGE_MARGIN
+    whole = np.maximum(np.ceil(((ways.high - ways.low)[row] - 2 * _EDGE_MARGIN) / spacing), 0.0)
+    # x falls with t by this. Where it hardly does, all points may.
+    fall = np.sin(ways.hdg[row]) * np.cos(ways.bank[row])
+    steep = np.abs(fall) > _FALL
+    at = ((ways.x[row] - west_east[:, None]) / np.where(steep, fall, 1.0) - begin) / spacing
+    first = np.where(steep, np.clip(np.floor(at.min(axis=0)), 0.0, whole), 0.0)
+    end = np.where(steep, np.clip(np.ceil(at.max(axis=0)) + 1.0, 0.0, whole), whole)
+    return first.astype(np.int64), end.astype(np.int64)
 
 
 def _with_several(key: IntArray, road: IntArray) -> IntArray:

@@ -19,6 +19,7 @@ from osm2xodr.osmParsing.network.pieces import (
     leave_out_far_nodes,
     make_lines,
     most_met,
+    sparse_streets,
 )
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.reversible import with_one_flow
@@ -38,6 +39,7 @@ __all__ = [
     "read_connectivities",
     "read_restrictions",
     "report_head_on",
+    "sparse_streets",
     "tags_on_streets",
     "with_default_speeds",
     "with_one_flow",
