@@ -16,7 +16,8 @@ import matplotlib as mpl
 import numpy as np
 
 from osm2xodr.curves.cubics import cubic_value
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Cubic, FloatArray, LaneType, Road, RoadMap, Street
 from osm2xodr.osmParsing import parse_osm

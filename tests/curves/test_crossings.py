@@ -7,7 +7,8 @@ import pytest
 from junction_cases import CASES
 
 from osm2xodr.curves.crossings import curves_cross, rays_to_segments, segments_cross
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.curves.records import pose
 
 
 def test_segments_cross_where_each_parts_the_ends_of_the_other() -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.curves.nearest import CurveFinder, project
-from osm2xodr.curves.plan_views import curvature_at, curves_of, pose
+from osm2xodr.curves.nearest import CurveFinder
+from osm2xodr.curves.plan_views import curvature_at, curves_of
+from osm2xodr.curves.records import pose, project
 from osm2xodr.model import FloatArray, PlanView
 
 

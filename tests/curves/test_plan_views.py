@@ -11,14 +11,13 @@ from hypothesis import given, strategies as st
 from osm2xodr.curves.plan_views import (
     chosen_curves,
     curve_ends,
-    find_record,
     heading_at,
     lengths,
-    pose,
     reverse_curves,
     smallest_radius,
     stack_plan_views,
 )
+from osm2xodr.curves.records import find_record, pose
 from osm2xodr.curves.spirals import arc_step
 from osm2xodr.model import PlanView
 

@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 from scipy.special import fresnel, roots_legendre
 
 from osm2xodr.curves import (
+    arc_step,
     chain_curves,
     curvature_at,
     cut_curves,
@@ -18,7 +19,6 @@ from osm2xodr.curves import (
     record_turns,
     reverse_curves,
     smallest_radius,
-    spiral_step,
     spirals_between,
 )
 from osm2xodr.model import FloatArray, PlanView
@@ -41,7 +41,7 @@ def _road() -> PlanView:
 
 
 def _step(curvature: float, rate: float, ds: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return spiral_step(np.array([curvature]), np.array([rate]), np.array([ds]))
+    return arc_step(np.array([curvature]), np.array([ds]), np.array([rate]))
 
 
 @pytest.mark.parametrize("length", [1.0, 10.0, 60.0, 300.0])
@@ -106,14 +106,14 @@ def test_points_beside_are_projected_to_where_they_are(s: float, t: float) -> No
 def test_a_spiral_between_two_headings_ends_on_its_chord(before: float, after: float) -> None:
     a, b = np.array([before]), np.array([after])
     shape, length = spirals_between(a, b)
-    u, v, turn = spiral_step((b - a - shape) / length, 2 * shape / length**2, length)
+    u, v, turn = arc_step((b - a - shape) / length, length, 2 * shape / length**2)
     assert u[0] * np.cos(before) - v[0] * np.sin(before) == pytest.approx(1.0, abs=1e-9)
     assert u[0] * np.sin(before) + v[0] * np.cos(before) == pytest.approx(0.0, abs=1e-9)
     assert turn[0] == pytest.approx(after - before, abs=1e-12)
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(0.1, 40.0))
-def test_a_spiral_step_is_the_integral_of_its_direction(first: float, last: float, length: float) -> None:
+def test_a_step_is_the_integral_of_its_direction(first: float, last: float, length: float) -> None:
     """They turn by up to 2 rad: in one piece and in two."""
     nodes, weights = roots_legendre(40)
     s = length * (nodes + 1.0) / 2.0

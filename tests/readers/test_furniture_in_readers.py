@@ -15,7 +15,7 @@ from sample_road_maps import furnished_crossing
 from osm2xodr.checking import CheckOptions, Severity, check_file
 from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.curves.cubics import cubic_value
-from osm2xodr.curves.plan_views import pose
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import FloatArray
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr.curves.plan_views import lengths, pose, snap_cuts
+from osm2xodr.curves.plan_views import lengths, snap_cuts
+from osm2xodr.curves.records import pose
 from osm2xodr.model import Borders, FloatArray, IntArray, Outline, Partition, RoadMap
 
 WEST, EAST = 0, 1

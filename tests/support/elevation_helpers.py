@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import (
     ConnectorProblem,

@@ -18,7 +18,8 @@ from xodr_file import read_xodr
 from xodr_measure import above, broken_references, record_gaps, record_kinks, section_gaps, step_figures
 
 from osm2xodr.conventions import PLANS, SPIRALS
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry import RoadOptions

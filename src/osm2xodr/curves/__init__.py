@@ -1,9 +1,9 @@
 """Curves of a network as flat arrays: lines, arcs, spirals and cubics, evaluated, cut and compared all at once.
 
-`plan_views` tables of curves · `spirals` their shapes · `cubics` piecewise cubics · `dubins` shortest curves between
-poses · `nearest` places nearest to points · `crossings` curves that cross · `overlaps` roads over each other ·
-`clearances` room between them · `polygons` points in areas · `polylines` along them · `table` equally long columns ·
-`ragged` groups in flat arrays, distinct integers
+`plan_views` tables of curves · `records` places on them · `spirals` their shapes · `cubics` piecewise cubics ·
+`dubins` shortest curves between poses · `nearest` curves near points · `crossings` curves that cross · `overlaps`
+roads over each other · `clearances` room between them · `polygons` points in areas · `polylines` along them ·
+`table` equally long columns · `ragged` groups in flat arrays, distinct integers · `trigonometry` same everywhere
 """
 
 from __future__ import annotations
@@ -22,10 +22,9 @@ from osm2xodr.curves.cubics import (
     value_of_cubics,
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
-from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
+from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, sample_curves
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_boxes, overlapping_pairs
 from osm2xodr.curves.plan_views import (
-    advance,
     chain_curves,
     chosen_curves,
     curvature_at,
@@ -34,13 +33,11 @@ from osm2xodr.curves.plan_views import (
     cut_curves,
     cut_records,
     end_curvature,
-    find_record,
     heading_at,
     heading_change,
     lengths,
     lines_that_go_on,
     places_along,
-    pose,
     record_ends,
     record_turns,
     replace_curves,
@@ -68,8 +65,10 @@ from osm2xodr.curves.ragged import (
     unique_inverse,
     unique_rows,
 )
-from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
+from osm2xodr.curves.records import find_record, pose, project
+from osm2xodr.curves.spirals import advance, arc_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
+from osm2xodr.curves.trigonometry import arctan2, cos, hypot, sin
 
 __all__ = [
     "CLEARANCE_STEP",
@@ -82,12 +81,14 @@ __all__ = [
     "Table",
     "advance",
     "arc_step",
+    "arctan2",
     "area_at",
     "area_bounds",
     "blocks",
     "chain_curves",
     "chosen_curves",
     "close_places",
+    "cos",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
@@ -103,6 +104,7 @@ __all__ = [
     "find_record",
     "heading_at",
     "heading_change",
+    "hypot",
     "inside_outline",
     "join_tables",
     "lengths",
@@ -130,12 +132,12 @@ __all__ = [
     "sample_curves",
     "segments_cross",
     "sharpest_curvature",
+    "sin",
     "smallest_radius",
     "smooth_cubic",
     "smooth_step",
     "snap_cuts",
     "sorted_unique",
-    "spiral_step",
     "spirals_between",
     "stack_plan_views",
     "stack_profiles",

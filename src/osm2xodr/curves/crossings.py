@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
 from osm2xodr.curves.ragged import sorted_unique
+from osm2xodr.curves.records import pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Curves are compared as polylines of this many segments, this many pairs at a time: the processor's cache holds them.

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.plan_views import find_record
 from osm2xodr.curves.ragged import blocks, ranks, repeated, starts
+from osm2xodr.curves.records import find_record
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 _COLUMNS: Final = ("s", "a", "b", "c", "d")

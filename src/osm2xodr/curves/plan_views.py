@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import ROWS_AT_ONCE, blocks, owners, ranks, repeated, runs, starts
-from osm2xodr.curves.spirals import chords
+from osm2xodr.curves.ragged import owners, ranks, repeated, runs, starts
+from osm2xodr.curves.records import find_record
+from osm2xodr.curves.spirals import advance
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Pieces of curves that are not longer than this are left out, m: rounding errors.
@@ -18,10 +18,6 @@ SHORTEST_PIECE: Final = 1e-7
 _SAME_HEADING: Final = 1e-6
 # Cuts leave out pieces that are not longer than this, m.
 _SHORTEST_CUT: Final = 1e-9
-# How far behind a place a record must begin to hold there when the limit from the left is asked for, m.
-_LEFT_LIMIT: Final = 1e-9
-# From this number of queries on a search over arrays is faster than one query after another.
-_VECTORISE_FROM: Final = 17
 
 _COLUMNS: Final = ("s", "x", "y", "hdg", "length", "curvature", "rate")
 _Pose = tuple[FloatArray, FloatArray, FloatArray]
@@ -30,26 +26,6 @@ _Pose = tuple[FloatArray, FloatArray, FloatArray]
 def wrapped(angle: FloatArray) -> FloatArray:
     """Return angles as turns: from -pi up to pi, rad."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def advance(
-    x: FloatArray,
-    y: FloatArray,
-    hdg: FloatArray,
-    curvature: FloatArray,
-    ds: FloatArray,
-    rate: FloatArray | None = None,
-) -> _Pose:
-    """Return x, y and heading ds farther on, (n,), m and rad, where the curvature is curvature + rate · s."""
-    chord, towards, turn = chords(curvature, ds, rate)
-    towards += hdg
-    turn += hdg
-    ahead, aside = np.cos(towards), np.sin(towards)
-    ahead *= chord
-    ahead += x
-    aside *= chord
-    aside += y
-    return ahead, aside, turn
 
 
 def lengths(plan: PlanView, curves: slice | IntArray = slice(None)) -> FloatArray:
@@ -93,59 +69,6 @@ def record_ends(plan: PlanView) -> tuple[IntArray, FloatArray, FloatArray]:
 def record_turns(plan: PlanView) -> FloatArray:
     """Return by how much each record turns, (records,), rad."""
     return np.asarray((plan.curvature + 0.5 * plan.rate * plan.length) * plan.length)
-
-
-def find_record(
-    start: IntArray, record_s: FloatArray, curve: IntArray, s: FloatArray, *, before: bool = False
-) -> IntArray:
-    """Return the index of the record that holds at s of a curve, both (n,); `before`: just before s.
-
-    Positions before a curve's first record belong to the first, those beyond its end to the last.
-    """
-    if before:
-        s = s - _LEFT_LIMIT
-    if len(curve) < _VECTORISE_FROM:
-        pairs = zip(start[curve].tolist(), start[curve + 1].tolist(), s.tolist(), strict=True)
-        return np.array([max(bisect_right(record_s, at, lo, hi) - 1, lo) for lo, hi, at in pairs], np.int64)
-    out = np.empty(len(curve), np.int64)
-    for rows in blocks(len(curve)):
-        first, at = start[curve[rows]].astype(np.int64), s[rows]
-        left = start[curve[rows] + 1] - first
-        # A bisection over all queries at once: until one record is left of the curve of most records.
-        rounds = (int(left.max()) - 1).bit_length()
-        _bisect(record_s, at, first, left, min(rounds, 1))
-        if rounds > 1:
-            # Most curves have two records at most, and are done.
-            more = np.flatnonzero(left > 1)
-            further = first[more]
-            _bisect(record_s, at[more], further, left[more], rounds - 1)
-            first[more] = further
-        out[rows] = first
-    return out
-
-
-def _bisect(record_s: FloatArray, at: FloatArray, first: IntArray, left: IntArray, rounds: int) -> None:
-    """Halve the records, `left` from `first` on, in which queries lie, all (n,), so many times, in place."""
-    for _ in range(rounds):
-        half = left >> 1
-        first += half * (record_s[first + half] <= at)
-        left -= half
-
-
-def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
-    """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
-    if len(curve) <= ROWS_AT_ONCE:
-        return _pose(plan, curve, s)
-    x, y, hdg = np.empty((3, len(curve)))
-    for rows in blocks(len(curve)):
-        x[rows], y[rows], hdg[rows] = _pose(plan, curve[rows], s[rows])
-    return x, y, hdg
-
-
-def _pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
-    """Return what `pose` does, for not too many places."""
-    k = find_record(plan.start, plan.s, curve, s)
-    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
 
 
 def curve_ends(plan: PlanView, curve: IntArray | None = None) -> tuple[_Pose, _Pose]:

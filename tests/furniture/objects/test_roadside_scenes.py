@@ -7,7 +7,7 @@ import pytest
 from scene_files import scene_named
 
 from osm2xodr.curves.nearest import CurveFinder
-from osm2xodr.curves.plan_views import pose
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.objects import find_crossings, place_objects
 from osm2xodr.furniture.options import FurnitureOptions

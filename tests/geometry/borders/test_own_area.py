@@ -17,7 +17,8 @@ from scene_files import SAMPLES
 
 from osm2xodr.checking import CheckOptions, Severity, check_drive
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.curves.plan_views import curvature_at, lengths, pose, wrapped
+from osm2xodr.curves.plan_views import curvature_at, lengths, wrapped
+from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.borders.own_area import keep_own_area

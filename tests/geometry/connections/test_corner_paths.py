@@ -10,7 +10,8 @@ import pytest
 from road_measures import assert_sound
 from street_cases import Case, built_links, mirrored_links
 
-from osm2xodr.curves.plan_views import chain_curves, lengths, pose, smallest_radius
+from osm2xodr.curves.plan_views import chain_curves, lengths, smallest_radius
+from osm2xodr.curves.records import pose
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import LanePaths, lane_paths, lay_out_paths

@@ -11,7 +11,7 @@ from scene_files import SMALL_SCENES
 
 from osm2xodr.checking import CheckOptions, Severity, check_drive
 from osm2xodr.conventions import SPIRALS
-from osm2xodr.curves import curvature_at, curves_of, lengths, pose, project, smallest_radius, spiral_step
+from osm2xodr.curves import arc_step, curvature_at, curves_of, lengths, pose, project, smallest_radius
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
 from osm2xodr.geometry.plan_view import defaults, smooth_curves as smooth_curves_module
@@ -53,7 +53,7 @@ def _steps(plan: PlanView) -> float:
 
 def _gaps(plan: PlanView) -> float:
     """Return how far records end from where the next begin, m and rad."""
-    u, v, turn = spiral_step(plan.curvature, plan.rate, plan.length)
+    u, v, turn = arc_step(plan.curvature, plan.length, plan.rate)
     cos, sin = np.cos(plan.hdg), np.sin(plan.hdg)
     x, y, hdg = plan.x + cos * u - sin * v, plan.y + sin * u + cos * v, plan.hdg + turn
     turned = np.angle(np.exp(1j * (plan.hdg[1:] - hdg[:-1])))

@@ -104,7 +104,7 @@ def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
     shape = plan.shape[k]
     bend, rate = _start_curvature(plan, k)
-    u, v, turn = arc_step(bend, ds, rate)
+    u, v, turn = arc_step(bend, ds, 0.0 if rate is None else rate)
     if rate is not None:
         bend = bend + rate * ds
     bent = np.flatnonzero((shape == Shape.POLY3) | (shape == Shape.PARAM_POLY3))

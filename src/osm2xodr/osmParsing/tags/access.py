@@ -27,7 +27,16 @@ _DIRECTIONS: Final = tuple(f"{key}:{way}" for key in CAR_KEYS for way in ("forwa
 # OSM wiki, Key:hov: values that keep a way or lane for cars with several people in them.
 KEPT_FOR_HOV: Final = frozenset({"designated", "only", "official"})
 
-ACCESS_TAGS: Final = ("area", "service", "oneway", "junction", "hov", *CAR_KEYS, *_ONEWAY_FOR_CARS, *_DIRECTIONS)
+ACCESS_TAGS: Final[tuple[str, ...]] = (
+    "area",
+    "service",
+    "oneway",
+    "junction",
+    "hov",
+    *CAR_KEYS,
+    *_ONEWAY_FOR_CARS,
+    *_DIRECTIONS,
+)
 
 
 def closing_tag(tags: Tags) -> str | None:

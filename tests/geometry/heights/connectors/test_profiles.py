@@ -12,7 +12,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.curves.records import pose
 from osm2xodr.geometry.connections.pose_to_pose import connect as curves_between
 from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem, connector_profiles
 from osm2xodr.geometry.heights.connectors.profiles import _blend, _grade_along_lane, _limit_twist, _sample
