@@ -13,7 +13,7 @@ import numpy.typing as npt
 from exported_network import network
 from xodr_text import PROJECTION
 
-from osm2xodr.exporting.gltf import write_glb
+from osm2xodr.exporting.binary_gltf import write_glb
 from osm2xodr.exporting.mesh import road_mesh
 
 

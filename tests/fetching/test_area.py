@@ -11,9 +11,9 @@ from map_service import ORDINO, SAMPLE
 
 from osm2xodr.errors import OptionError, OutputError
 from osm2xodr.fetching import FetchOptions, Network, fetch_area, place_of_box
+from osm2xodr.fetching.area import sources_text
 from osm2xodr.fetching.elevation import FetchedModel
 from osm2xodr.fetching.models import read_models
-from osm2xodr.fetching.sources import sources_text
 
 PLACE = place_of_box(",".join(map(str, ORDINO)))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from osm_builder import ROAD, Area
 
-from osm2xodr.geometry.lines_in_osm import WayLines
+from osm2xodr.geometry.clearance_report import WayLines
 
 NODES = {1: (-300.0, 0.0), 2: (0.0, 0.0), 3: (300.0, 0.0), 4: (60.0, -2.0), 5: (120.0, -40.0), 6: (10.0, -50.0)}
 NODES |= {7: (10.0, 50.0), 8: (0.0, 80.0), 9: (300.0, 80.0), 10: (0.0, -20.0), 11: (0.0, 0.0)}

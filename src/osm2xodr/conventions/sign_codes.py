@@ -74,11 +74,6 @@ def _plain(code: str) -> str:
     return re.sub(r"^([A-Z]+)[ -]?0*(?=\d)", r"\1", code.strip().upper())
 
 
-def sign_countries() -> tuple[str, ...]:
-    """Return the countries whose signs are known, ISO 3166-1 alpha-2."""
-    return tuple(_catalogues())
-
-
 @cache
 def sign_meanings() -> frozenset[str]:
     """Return all meanings of signs."""

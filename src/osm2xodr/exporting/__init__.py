@@ -9,9 +9,9 @@ from __future__ import annotations
 import importlib.util
 from typing import TYPE_CHECKING, Final
 
+from osm2xodr.exporting.binary_gltf import write_glb
 from osm2xodr.exporting.elevation import places_around, read_heights
 from osm2xodr.exporting.geojson import LAYERS, write_geojson
-from osm2xodr.exporting.gltf import write_glb
 from osm2xodr.exporting.lanelet2 import PROJECTORS, projector_info, write_lanelet2
 from osm2xodr.exporting.mesh import RoadMesh, road_mesh
 from osm2xodr.exporting.wavefront import material_library, write_obj

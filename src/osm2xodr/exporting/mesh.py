@@ -71,7 +71,7 @@ def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     """
     stations = sample_roads(file, tolerance, step)
     ribbons = lane_ribbons(file, stations)
-    lane, side, point = _corners(file, ribbons)
+    lane, side, point = _corners(ribbons)
     # Heights above the road, m: the left border of lanes on the left is the outer one.
     inner, outer = np.nan_to_num(file.lanes.height[lane]).T
     lift = np.where((side == 0) == (file.lanes.id[lane] > 0), outer, inner)
@@ -81,7 +81,7 @@ def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     x, y, z, hdg, roll = (column[station[unique]] for column in columns)
     vertices = np.column_stack(points_beside(x, y, z, hdg, roll, t[unique], lift[unique]))
     faces = _faces(file, lane, side, vertex)
-    faces[KERB] = _kerbs(file, ribbons, lane, side, point, vertex)
+    faces[KERB] = _kerbs(file, ribbons, side, point, vertex)
     # Damaged files have points that are unknown or too far out for single precision.
     finite = (np.abs(vertices) < _FARTHEST).all(1)
     usable = {kind: rows for kind in sorted(faces) if len(rows := _usable(faces[kind], finite))}
@@ -90,7 +90,7 @@ def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     return _compact(vertices, usable)
 
 
-def _corners(file: OpenDrive, ribbons: Ribbons) -> tuple[IntArray, IntArray, IntArray]:
+def _corners(ribbons: Ribbons) -> tuple[IntArray, IntArray, IntArray]:
     """Return lane, side (0 left, 1 right) and point of the corners of all lanes.
 
     The left corners of a lane come first, then its right ones, each along the road.
@@ -127,9 +127,7 @@ def _faces(file: OpenDrive, lane: IntArray, side: IntArray, vertex: IntArray) ->
     return {str(kind): triangles[kinds == kind].reshape(-1, 3) for kind in np.unique(kinds)}
 
 
-def _kerbs(
-    file: OpenDrive, ribbons: Ribbons, lane: IntArray, side: IntArray, point: IntArray, vertex: IntArray
-) -> IntArray:
+def _kerbs(file: OpenDrive, ribbons: Ribbons, side: IntArray, point: IntArray, vertex: IntArray) -> IntArray:
     """Return triangles between lanes of different heights at the border that they share."""
     if not file.lanes.height.any():
         return np.zeros((0, 3), np.int64)

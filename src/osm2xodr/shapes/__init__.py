@@ -6,7 +6,6 @@ Whoever shows a file uses them.
 
 from __future__ import annotations
 
-from osm2xodr.shapes.covering import LEVEL_APART, rank_of
 from osm2xodr.shapes.forms import (
     AMBER,
     DARK,
@@ -17,6 +16,7 @@ from osm2xodr.shapes.forms import (
     FURNITURE_FROM,
     GREEN,
     LARGEST_SYMBOL,
+    LEVEL_APART,
     MARKS_FROM,
     RED,
     SMALLEST_SYMBOL,
@@ -36,6 +36,7 @@ from osm2xodr.shapes.forms import (
     in_layers,
     is_painted,
     mark_pattern,
+    rank_of,
     type_of,
 )
 from osm2xodr.shapes.placing import (

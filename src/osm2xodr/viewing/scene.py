@@ -20,7 +20,6 @@ class Scene:
     """Stations, strips and lanes of all roads, in the order of the file."""
 
     strip_road: IntArray  # (strips,) Index of the road
-    strip_section: IntArray  # (strips,) Index of the lane section
     station_start: IntArray  # (strips + 1,) Into the stations
     lane_start: IntArray  # (strips + 1,) Into the lanes
     # (stations,) On the reference line: m, rad, rise per metre; NaN where unknown. A positive roll lowers the right
@@ -81,7 +80,7 @@ class Scene:
     def only(self, strips: IntArray) -> Scene:
         """Return the scene of some of the strips, in the order in which they are given."""
         parts = {
-            ("strip_road", "strip_section", "centre"): strips,
+            ("strip_road", "centre"): strips,
             ("s", "x", "y", "z", "heading", "roll", "grade", "ground"): _rows(self.station_start, strips),
             ("border",): _rows(self.border_start, strips),
             ("lane",): _rows(self.lane_start, strips),

@@ -68,7 +68,6 @@ def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LO
     of_section[file.lanes.section[centre_rows][::-1]] = centre_rows[::-1]
     return Scene(
         strip_road=file.sections.road[strip_section],
-        strip_section=strip_section,
         station_start=station_start,
         lane_start=lane_start,
         s=s,

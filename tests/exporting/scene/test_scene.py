@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from xodr_text import read_text
 
 from osm2xodr.errors import InputError, OptionError, OutputError
-from osm2xodr.exporting.scene.carla import carla_names, tiles_info, without_gaps
+from osm2xodr.exporting.scene.folder import carla_names, tiles_info, without_gaps
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of

@@ -48,7 +48,7 @@ def test_components_by_links_and_junctions() -> None:
     ]
     problem: ProfileProblem = make_problem(roads, [(20.5, 0.5)])
     unknowns = number_unknowns(problem, build_elements(problem, 60.0))
-    assert components(problem, unknowns).tolist() == [0, 0, 0, 1]
+    assert components(unknowns).tolist() == [0, 0, 0, 1]
 
 
 def test_the_first_span_holds_from_the_start_of_its_road() -> None:

@@ -454,7 +454,7 @@ def test_cut_and_fill_are_limited_by_class(highway: str, deepest: float) -> None
     one, no = np.ones(8), np.zeros(8, bool)
     z = 300.0 + np.arange(8.0)
     reading = Reading(z, z, 0.5 * one, 4.0 * one, one, np.arange(8) != 3, no, one, 0.0 * one, 0.0 * one)
-    limit = limit_cut_and_fill(network, reading, beams_of(network), mean=290.0)
+    limit = limit_cut_and_fill(network, reading, mean=290.0)
     # What is not measured has no limit.
     ground = np.delete(10.0 + np.arange(8.0), 3)
     # What the model does not show, a standard error of 0.5 m, counts for neither side.

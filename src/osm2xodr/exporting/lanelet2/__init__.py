@@ -20,7 +20,7 @@ from osm2xodr.exporting.lanelet2.lanelets import add_lanelets
 from osm2xodr.exporting.lanelet2.primitives import Primitives
 from osm2xodr.exporting.lanelet2.priorities import add_priorities
 from osm2xodr.exporting.lanelet2.projector import LOCAL, PROJECTORS, place, projector_info
-from osm2xodr.exporting.lanelet2.strips import Cut, cut_into_strips
+from osm2xodr.exporting.lanelet2.strips import cut_into_strips
 from osm2xodr.exporting.lanelet2.words import LANELETS
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.system import ByteSink
@@ -49,10 +49,10 @@ def write_lanelet2(
     places, unknown = place(file, primitives.points(), projector)
     credit = file.provenance.get((-1, "attribution"), "")
     write_document(primitives, places, credit, version, stream)
-    return places.square, [*([unknown] if unknown else []), *_left_out(file, cut, ends, furniture)]
+    return places.square, [*([unknown] if unknown else []), *_left_out(file, ends, furniture)]
 
 
-def _left_out(file: OpenDrive, cut: Cut, ends: Ends, furniture: FurnitureMaker) -> list[str]:
+def _left_out(file: OpenDrive, ends: Ends, furniture: FurnitureMaker) -> list[str]:
     """Return sentences about what a map of Lanelet2 does not have."""
     out = []
     types = Counter(

@@ -1,23 +1,127 @@
-"""The folder that a scene is written to: its tiles, and what tells about them."""
+"""The folder that a scene is written to: its tiles, as OBJ too, and what tells about them, also to CARLA."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.exporting.scene.carla import TILES_INFO, carla_names, carla_tiles, package_of, tiles_info, without_gaps
 from osm2xodr.exporting.scene.glb import material_name, write_tile
 from osm2xodr.exporting.scene.materials import material_of
-from osm2xodr.exporting.scene.obj import obj_materials, write_obj_tile
+from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene
-from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
+from osm2xodr.exporting.scene.tiles import Tile, finest, in_single_precision, tiles_of
+from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
-from osm2xodr.system import FILES_KEY
+from osm2xodr.system import FILES_KEY, ByteSink
+
+TILES_INFO: Final = "TilesInfo.txt"
+# Width of what stands for the ground in tiles without anything, m.
+_PATCH: Final = 1.0
+
+
+def carla_tiles(parts: Sequence[Part], size: float) -> list[Tile]:
+    """Return parts in tiles of a size, m, in their finest level of detail, but in one if they fit into it."""
+    used = [part for part in map(finest, parts) if len(part.faces)]
+    low, high = (np.array([side(part.vertices[:, :2], axis=0) for part in used]) for side in (np.min, np.max))
+    return tiles_of(used, size if (high.max(0) - low.min(0) > size).any() else np.inf)
+
+
+def without_gaps(tiles: Sequence[Tile], size: float) -> list[Tile]:
+    """Return tiles of a size, m, row by row from the south-west, each row from the first column to its last tile.
+
+    Those that were not there have a metre of ground.
+    """
+    there = {(tile.row, tile.column): tile for tile in tiles}
+    west = min(tile.column for tile in tiles)
+    low = min(float(part.vertices[:, 2].min()) for tile in tiles for part in tile.parts)
+    out = []
+    for row in range(min(tile.row for tile in tiles), max(tile.row for tile in tiles) + 1):
+        last = max((tile.column for tile in tiles if tile.row == row), default=west)
+        out += [
+            there.get((row, column)) or Tile(column, row, (_patch(column, row, size, low),))
+            for column in range(west, last + 1)
+        ]
+    return out
+
+
+def _patch(column: int, row: int, size: float, z: float) -> Part:
+    """Return a square in the middle of a tile."""
+    corners = _PATCH * np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    xy = size * (np.array([column, row]) + 0.5) + corners
+    faces = np.array([(0, 1, 2), (0, 2, 3)], np.int64)
+    return Part("Terrain", "grass", np.column_stack([xy, np.full(4, z)]), xy.copy(), faces)
+
+
+def carla_names(tiles: Sequence[Tile], name: str, suffix: str) -> list[str]:
+    """Return the file of each tile of a map, the first of which is the south-western one; one alone is the map."""
+    if len(tiles) == 1:
+        return [f"{name}.{suffix}"]
+    first = tiles[0]
+    return [f"{name}_Tile_{tile.column - first.column}_{tile.row - first.row}.{suffix}" for tile in tiles]
+
+
+def tiles_info(first: Tile, size: float) -> str:
+    """Return x and y of CARLA of the middle of the first tile, and the width of tiles, m."""
+    return f"{(first.column + 0.5) * size:.3f},{-(first.row + 0.5) * size:.3f},{size:.3f}"
+
+
+def package_of(name: str, size: float, files: Sequence[str]) -> dict[str, Any]:
+    """Return the description of a package with one map, of tiles of a size, m."""
+    meshes = [f"./{Path(file).with_suffix('.fbx')}" for file in files]
+    shape = {"source": meshes[0]} if len(meshes) == 1 else {"tile_size": size, "tiles": meshes}
+    entry = {"name": name, "xodr": f"./{name}.xodr", "use_carla_materials": True, **shape}
+    return {"maps": [entry], "props": []}
+
+
+# ---------------------------------------------------------------- the folder
+
+# Rows of text that are formatted at a time.
+_BLOCK: Final = 100_000
+
+
+def write_obj_tile(tile: Tile, origin: Sequence[float], stream: ByteSink, library: str, *, y_up: bool) -> None:
+    """Write a tile, each part as a group of its name; coarser levels of detail are groups too.
+
+    Coordinates count from `origin` (inertial x, y, z, m); `y_up` makes y up and -z north.
+    """
+    axes = "y up, x east, -z north" if y_up else "z up, x east, y north"
+    x, y, z = origin
+    head = f"# osm2xodr: tile {tile.column} {tile.row}, m, {axes}\n# origin at inertial x={x:g} y={y:g} z={z:g}\n"
+    stream.write(f"{head}mtllib {library}\n".encode())
+    first = 1
+    for part in tile.parts:
+        points = part.vertices - np.asarray(origin)
+        points = points[:, [0, 2, 1]] * [1, 1, -1] if y_up else points
+        stream.write(f"g {part.name}\nusemtl {material_name(part.material)}\n".encode())
+        _write_rows(stream, "v %.4f %.4f %.4f\n", np.round(points, 4) + 0.0)
+        _write_rows(stream, "vt %.3f %.3f\n", np.round(part.uv, 3) + 0.0)
+        _write_rows(stream, "f %d/%d %d/%d %d/%d\n", np.repeat(part.faces + first, 2, axis=1))
+        first += len(points)
+
+
+def _write_rows(stream: ByteSink, form: str, rows: FloatArray) -> None:
+    """Write a line for each row."""
+    for at in range(0, len(rows), _BLOCK):
+        block = rows[at : at + _BLOCK]
+        stream.write((form * len(block) % tuple(block.ravel().tolist())).encode())
+
+
+def obj_materials(names: Iterable[str]) -> bytes:
+    """Return the file of materials."""
+    out = []
+    for name in sorted(set(names)):
+        colour = material_of(name).colour
+        red, green, blue = (int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+        out.append(f"newmtl {material_name(name)}\nKd {red:.4f} {green:.4f} {blue:.4f}\nKs 0 0 0\nillum 1\n")
+    return "".join(out).encode()
+
+
+# ---------------------------------------------------------------- the folder
 
 MANIFEST: Final = "scene.json"
 _LIBRARY: Final = "scene.mtl"

@@ -64,7 +64,7 @@ def _border_of(file: OpenDrive, ribbons: Ribbons, lane: int) -> tuple[int | None
         return None, 0
     if number:
         border = int((ribbons.left if number > 0 else ribbons.right)[lane])
-        return (None, 0) if border == ABSENT else (border, _outward(file, ribbons, lane, number))
+        return (None, 0) if border == ABSENT else (border, _outward(file, lane, number))
     for row in range(int(file.lanes.start[section]), int(file.lanes.start[section + 1])):
         if file.lanes.id[row] in (1, -1):
             border = int((ribbons.right if file.lanes.id[row] > 0 else ribbons.left)[row])
@@ -72,7 +72,7 @@ def _border_of(file: OpenDrive, ribbons: Ribbons, lane: int) -> tuple[int | None
     return None, 0
 
 
-def _outward(file: OpenDrive, ribbons: Ribbons, lane: int, number: int) -> int:
+def _outward(file: OpenDrive, lane: int, number: int) -> int:
     """Return the side beyond an outermost border, 0 if there is a lane."""
     step = -1 if number > 0 else 1
     beyond = lane + step

@@ -5,8 +5,9 @@ Corners are told apart in plan first: places closer than `ONE_PLACE` are one. Ea
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,26 @@ from scipy.spatial import cKDTree
 from osm2xodr.exporting.scene.overlaps import GRID
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.shapes import LEVEL_APART
+
+
+def area_of(outline: FloatArray, holes: Sequence[FloatArray]) -> tuple[Any, bool]:
+    """Return the area within an outline without its holes, (n, 2), m, each, and whether the outline was repaired."""
+    shape = shapely.Polygon(outline)
+    repaired = not shape.is_valid
+    if repaired:
+        shape = shapely.make_valid(shape)
+    for hole in holes:
+        shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
+    return shape, repaired
+
+
+def polygons_of(shape: Any) -> list[Any]:
+    """Return the polygons of a shape, without its lines and points."""
+    parts = shapely.get_parts(shapely.get_parts(shape))
+    return [part for part in parts if part.geom_type == "Polygon" and not part.is_empty]
+
+
+# ---------------------------------------------------------------- triangles
 
 # Places closer together are one, m: more than rounding to `GRID` moves two corners apart, and no multiple of it.
 ONE_PLACE: Final = 2.5 * GRID

@@ -277,7 +277,7 @@ def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[In
     ]
 
 
-def components(problem: ProfileProblem, unknowns: Unknowns) -> IntArray:
+def components(unknowns: Unknowns) -> IntArray:
     """Return the number of the connected component of each road, (R,)."""
     nodes = int(unknowns.end_node.max(initial=-1)) + 1
     pairs = unknowns.end_node.reshape(-1, 2)

@@ -170,7 +170,7 @@ def deepest_cuts(network: Network, reading: Reading, at: IntArray) -> FloatArray
     return np.asarray(most[span] + defaults.CUT_AND_FILL_SIGMAS * reading.sigma[at])
 
 
-def limit_cut_and_fill(network: Network, reading: Reading, beams: Beams, mean: float) -> Limits:
+def limit_cut_and_fill(network: Network, reading: Reading, mean: float) -> Limits:
     """Return the limits on how far roads lie from the ground, whose heights are less the mean, m.
 
     What the elevation model does not show counts for neither side, and no ground near structures.

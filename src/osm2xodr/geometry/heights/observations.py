@@ -129,7 +129,7 @@ def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolA
     on, distance = _structure_distance(network)
     near = distance < np.maximum(defaults.PORTAL_LENGTH, 0.5 * reading.cell)
     factor = np.where(on, 0.0, np.where(near, defaults.PORTAL_WEIGHT, 1.0))
-    component = components(network.problem, network.unknowns)
+    component = components(network.unknowns)
     at = component[elements.road[e]]
     holds = np.bincount(at, factor * reading.measured * weight, int(component.max(initial=-1)) + 1) > 0
     guess = samples.ds / (GUESS_LENGTH * GUESS_SIGMA**2)
@@ -216,7 +216,7 @@ def _ground_at_junctions(network: Network) -> FloatArray:
     arms = np.bincount(junction[at], minlength=junctions)
     structures = np.bincount(junction[at & on], minlength=junctions)
     share = np.where(structures == 0, 1.0, np.where(structures < arms, defaults.PORTAL_WEIGHT, 0.0))
-    component = components(problem, network.unknowns)
+    component = components(network.unknowns)
     ground = np.zeros(int(component.max(initial=-1)) + 1, bool)
     ground[component[elements.road[elements.structure == Structure.GROUND]]] = True
     of = np.zeros(junctions, np.int64)

@@ -295,7 +295,7 @@ def _collect_limits(
     blocks = [
         *limit_grades(network, model.reading, limit[span], ~usual[span], model.beams),
         limit_curvatures(network, model.beams),
-        limit_cut_and_fill(network, model.reading, model.beams, model.mean),
+        limit_cut_and_fill(network, model.reading, model.mean),
         *limit_arms(network, density, sigma, across),
         clearances,
         limit_meetings(network, model.meets, model.beams),

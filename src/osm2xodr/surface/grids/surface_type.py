@@ -67,11 +67,11 @@ def looks_covered(z: Cells, steps: tuple[float, float]) -> bool:
     """
     cell = float(np.sqrt(steps[0] * steps[1]))
     if cell <= _FINE_CELL_MAX:
-        return _wall_share(z, steps, cell) > _WALL_SHARE
+        return _wall_share(z, cell) > _WALL_SHARE
     return _skewness(z, steps) > _SKEWNESS_MIN
 
 
-def _wall_share(z: Cells, steps: tuple[float, float], cell: float) -> float:
+def _wall_share(z: Cells, cell: float) -> float:
     """Return the share of cells on gentle slopes with sharper bends than ground."""
     reach = max(2, round(0.5 * _GENTLE_OVER / cell))
     near = _stars(z, (1, reach))

@@ -133,7 +133,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     if scale >= FURNITURE_FROM:
         roads = frozenset(scene.strip_road.tolist())
         furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
-        drawn += _furniture(furniture, scene, parts)
+        drawn += _furniture(furniture, parts)
     shapes = [shape for _, shape in sorted(drawn, key=lambda item: item[0])]
     band = max(_LEAST_BAND, round(_BAND * options.width))
     lines = credit_lines(credits_of(file), options.width)
@@ -283,7 +283,7 @@ def _by_level(rows: list[int], level: list[int]) -> Iterable[tuple[int, list[int
 
 
 def _furniture(
-    furniture: Iterable[tuple[PlacedObject | PlacedSignal, list[Shape]]], scene: Scene, parts: Parts
+    furniture: Iterable[tuple[PlacedObject | PlacedSignal, list[Shape]]], parts: Parts
 ) -> list[tuple[tuple[int, int], Shape]]:
     """Return furniture with its level and its place there: above all that it stands on, below bridges over it."""
     top = int(parts.level.max(initial=0))
@@ -375,9 +375,9 @@ def box_of_degrees(file: OpenDrive, box: tuple[float, float, float, float]) -> t
     west, south, east, north = box
     if max(abs(south), abs(north)) > _LATITUDE_MOST:
         raise InputError(f"--bbox reaches beyond the poles; {_BOX_ORDER}")
-    found = _box_in_file(file, frame, box)
+    found = _box_in_file(frame, box)
     if not _meets_roads(file, found) and max(abs(west), abs(east)) <= _LATITUDE_MOST:
-        swapped = _box_in_file(file, frame, (south, west, north, east))
+        swapped = _box_in_file(frame, (south, west, north, east))
         if _meets_roads(file, swapped):
             raise InputError(f"{file.path} has roads within --bbox only if its axes are swapped; {_BOX_ORDER}")
     if not np.isfinite(found).all():
@@ -394,9 +394,7 @@ def _meets_roads(file: OpenDrive, box: tuple[float, float, float, float]) -> boo
     return bool(len(x) and west <= x.max() and east >= x.min() and south <= y.max() and north >= y.min())
 
 
-def _box_in_file(
-    file: OpenDrive, frame: Frame, box: tuple[float, float, float, float]
-) -> tuple[float, float, float, float]:
+def _box_in_file(frame: Frame, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
     """Return the box in x and y of a file around a box in degrees; not finite where it is beyond the projection."""
     west, south, east, north = box
     share = np.linspace(0.0, 1.0, 9)

@@ -11,7 +11,7 @@ pytest.importorskip("shapely")
 
 import shapely
 
-from osm2xodr.exporting.scene.ground.coast import sea_of
+from osm2xodr.exporting.scene.ground.open_water import sea_of
 
 BOX = shapely.box(-1000.0, -1000.0, 1000.0, 1000.0)
 NOWHERE = np.zeros((0, 2))

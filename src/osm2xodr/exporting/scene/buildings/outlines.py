@@ -12,7 +12,7 @@ import shapely
 
 from osm2xodr.exporting.scene.buildings.defaults import AREA_LEAST, LOST_SHARE, PARTS_SHARE, PASSAGE
 from osm2xodr.exporting.scene.model import Level, RoadSurface
-from osm2xodr.exporting.scene.polygons import area_of, polygons_of
+from osm2xodr.exporting.scene.triangles import area_of, polygons_of
 from osm2xodr.model import BoolArray, Building, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 

@@ -1,7 +1,7 @@
 """The ground around roads: from the elevation model, met by every edge of a road without a gap.
 
 `building` has the steps in order: `cells` says where there is ground, `slopes` how high it is, `leaves` covers what
-is away from roads with squares, `band` what is beside them, and `fans` lets it stand at two heights at portals.
+is away from roads with squares, `band` what is beside them, and lets it stand at two heights at portals.
 `water` is level and cut out of it. Before, `covers` finds the tunnels that no ground covers, and the junctions in
 tunnels.
 """

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr.exporting.scene.ground.band import band_triangles
+from osm2xodr.exporting.scene.ground.band import band_triangles, raised_triangles
 from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
@@ -21,12 +21,10 @@ from osm2xodr.exporting.scene.ground.defaults import (
     TUNNEL_COVER,
     TUNNEL_OPENING,
 )
-from osm2xodr.exporting.scene.ground.fans import raised_triangles
 from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
-from osm2xodr.exporting.scene.ground.outline import cut_at_outline
 from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
-from osm2xodr.exporting.scene.ground.unknown import continued, interpolated, with_strips
+from osm2xodr.exporting.scene.ground.unknown import continued, cut_at_outline, interpolated, with_strips
 from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled, split_by_water
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.tiles import has_area

@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.ground.coast import sea_of
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
@@ -20,9 +19,8 @@ from osm2xodr.exporting.scene.ground.defaults import (
     WATER_REACH,
     WATER_SAMPLE,
 )
-from osm2xodr.exporting.scene.ground.open_water import closed_water
-from osm2xodr.exporting.scene.polygons import area_of, polygons_of
-from osm2xodr.exporting.scene.triangles import merged_places
+from osm2xodr.exporting.scene.ground.open_water import closed_water, sea_of
+from osm2xodr.exporting.scene.triangles import area_of, merged_places, polygons_of
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
 
