@@ -142,8 +142,9 @@ def test_cuts_with_buildings_are_other_ones(maps: Maps) -> None:
         (lambda maps: (maps.out / ".cuts/all.json").write_text("{"), ["all"]),
         (lambda maps: edit(maps.out / ".cuts/all.json", version="0.0"), ["all"]),
         (lambda maps: edit(maps.out / ".cuts/all.json", format=0), ["all"]),
+        (lambda maps: edit(maps.out / ".cuts/all.json", ways={"other": 2}), ["all"]),
     ],
-    ids=["map", "time", "damaged", "gone", "no-record", "half-record", "version", "format"],
+    ids=["map", "time", "damaged", "gone", "no-record", "half-record", "version", "format", "other-areas"],
 )
 def test_what_would_not_be_the_same_is_cut_anew(
     maps: Maps, change: Callable[[Maps], object], anew: list[str]

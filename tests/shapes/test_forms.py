@@ -75,3 +75,10 @@ def test_flat_objects_of_unknown_type_are_outlined(tmp_path: Path, attributes: s
         assert len(found) == 4
     else:
         assert {type(form) for form in found} == {forms.Area}
+
+
+def test_crosswalks_of_damaged_widths_have_no_bars() -> None:
+    assert len(forms.bars([(0.0, 0.0), (3.0, 0.0), (3.0, 900.0), (0.0, 900.0)])) == 900
+    for width in (1e5, float("inf")):
+        corners = [(0.0, 0.0), (3.0, 0.0), (3.0, width), (0.0, width)]
+        assert forms.bars(corners) == [corners]

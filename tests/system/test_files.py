@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from osm2xodr.errors import OutputError
-from osm2xodr.system.files import appended, atomic_output, check_target, complete, make_folder, remove_made
+from osm2xodr.system import files
+from osm2xodr.system.files import appended, atomic_output, check_target, complete, lock, make_folder, remove_made
 
 
 def test_a_new_file_appears_at_the_end_only(tmp_path: Path) -> None:
@@ -195,3 +196,13 @@ def test_only_files_with_our_head_are_removed(tmp_path: Path) -> None:
     for path in (ours, other, tmp_path, tmp_path / "none"):
         remove_made(path, b"<head>")
     assert [item.name for item in tmp_path.iterdir()] == ["other"]
+
+
+def test_no_locks_are_told_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    monkeypatch.setitem(sys.modules, "msvcrt", None)
+    files._say_unlocked.cache_clear()
+    assert lock(0, wait=False)
+    assert lock(0, wait=True)
+    said = "osm2xodr: this system cannot lock files; let no two runs work on the same folder at once\n"
+    assert capsys.readouterr().err == said

@@ -80,7 +80,7 @@ class KeptCuts:
         missing: dict[str, CutRequest] = {}
         how: dict[str, str] = {}
         for name, group in self._groups(areas).items():
-            known = self._known(name, group[0], mark)
+            known = self._known(name, group, mark)
             if known is None:
                 missing[name], how[name] = self._request(name, group), self.how(group[0])
             else:
@@ -137,15 +137,17 @@ class KeptCuts:
             "--allow-partial" in item.area.options,
         )
 
-    def _known(self, name: str, item: PlannedArea, mark: Mark) -> dict[str, int] | None:
+    def _known(self, name: str, group: Sequence[PlannedArea], mark: Mark) -> dict[str, int] | None:
         """Return the number of ways that become streets in each area of a cut that is there; None if it is not."""
         try:
             data = parse_json(self._path(name).read_bytes())
             if data.pop("format") != _FORMAT:
                 return None
             record = _Record(**data)
-            wanted = _Record(mark.sha256, self.how(item), record.ways)
-            return dict(record.ways) if record == self._measured(name, wanted) else None
+            wanted = _Record(
+                mark.sha256, self.how(group[0]), {item.area.name: int(record.ways[item.area.name]) for item in group}
+            )
+            return dict(wanted.ways) if record == self._measured(name, wanted) else None
         except (OSError, ValueError, LookupError, TypeError, AttributeError):
             return None
 

@@ -151,11 +151,15 @@ def _ground(
     """Return what gives the height of the ground at inertial places, and the elevation models; None without any."""
     if not models:
         return None
+    import numpy as np
+
     from osm2xodr.exporting import places_around, read_heights
     from osm2xodr.opendrive import sample_roads
 
     frame = _frame(file, "leave the elevation models out")
     stations = sample_roads(file)
+    if not (np.isfinite(stations.x) & np.isfinite(stations.y)).any():
+        raise InputError(f"{file.path} has no road with a place; osm2xodr check lists what is wrong with it")
     return read_heights(models, frame, *places_around(stations.x, stations.y), options, diagnostics)
 
 

@@ -64,6 +64,8 @@ SMALLEST_SYMBOL: Final = 5.0
 LARGEST_SYMBOL: Final = 16.0
 # Dashes of one line at most; damaged files have longer ones, which are drawn solid.
 _MOST_DASHES: Final = 20_000
+# Bars of a crosswalk at most, likewise.
+_MOST_BARS: Final = 1_000
 # Outlines of crosswalks without bars: dash, gap and width, m.
 _OUTLINE_DASH: Final = 0.5
 _OUTLINE_WIDTH: Final = 0.1
@@ -293,6 +295,8 @@ def bars(corners: Corners) -> list[Corners]:
     # The two edges across the road, from kerb to kerb.
     first, second = ((a, d), (b, c)) if math.dist(a, d) >= math.dist(a, b) else ((a, b), (d, c))
     width = math.dist(*first)
+    if not width < _MOST_BARS * 2.0 * _BAR:
+        return [corners]
     count = max(1, int((width + _BAR) / (2.0 * _BAR)))
     margin = 0.5 * (width - (2 * count - 1) * _BAR)
     out = []

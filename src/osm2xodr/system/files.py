@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import importlib
 import json
 import os
@@ -138,7 +139,8 @@ def remove_made(path: Path, head: bytes) -> None:
 def lock(descriptor: int, *, wait: bool) -> bool:
     """Lock an open file until it is closed, and return whether that could be: another process may hold it.
 
-    With `wait` it waits for the other process. Where the system has no locks, it is as if nobody held one.
+    With `wait` it waits for the other process. Where the system has no locks, standard error says so, once, and it is
+    as if nobody held one.
     """
     # Here, because only some systems have them.
     try:
@@ -157,6 +159,7 @@ def _lock_on_windows(descriptor: int, *, wait: bool) -> bool:
     try:
         msvcrt: Any = importlib.import_module("msvcrt")
     except ImportError:
+        _say_unlocked()
         return True
     while True:
         try:
@@ -168,6 +171,12 @@ def _lock_on_windows(descriptor: int, *, wait: bool) -> bool:
             time.sleep(_LOCK_CHECK)
         else:
             return True
+
+
+@functools.cache
+def _say_unlocked() -> None:
+    """Say once that nothing keeps two runs apart."""
+    sys.stderr.write("osm2xodr: this system cannot lock files; let no two runs work on the same folder at once\n")
 
 
 def parse_json(data: bytes | str) -> Any:

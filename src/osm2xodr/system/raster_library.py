@@ -5,11 +5,14 @@ from __future__ import annotations
 import ctypes
 import logging
 import os
+import sys
 import warnings
 from collections.abc import Iterator, MutableMapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, Final
 
+from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT
 
 # Formats with cells in local files. Others (web services, databases, archives) are not tried.
@@ -89,10 +92,25 @@ def raster_errors(rasterio: Any) -> tuple[type[Exception], ...]:
     return rasterio.errors.RasterioError, rasterio._err.CPLE_BaseError, OSError, ValueError, TypeError
 
 
+def _library(rasterio: Any) -> ctypes.CDLL:
+    """Return the library with GDAL's functions that rasterio uses; `Osm2xodrError` where it is not found."""
+    # Most systems look a name up in a module and all that it is linked with, Windows in the module alone: there GDAL
+    # lies beside the package in wheels, with other libraries in conda.
+    beside = Path(rasterio.__file__).parent.with_name("rasterio.libs").glob("gdal*.dll")
+    for file in (Path(rasterio._env.__file__), *sorted(beside), Path(sys.prefix, "Library", "bin", "gdal.dll")):
+        with suppress(OSError):
+            library = ctypes.CDLL(str(file))
+            if hasattr(library, "GDALDeregisterDriver"):
+                return library
+    raise Osm2xodrError(
+        "GDAL is not found in this installation of rasterio, so that its drivers for the network cannot be taken"
+        " away; install its wheel with pip"
+    )
+
+
 def _remove_drivers(rasterio: Any) -> None:
     """Take away all drivers that are not meant; GDAL's own list of drivers to skip is too late once it has begun."""
-    # A name is looked up in the module and all that it is linked with.
-    library = ctypes.CDLL(rasterio._env.__file__)
+    library = _library(rasterio)
     get, name, remove = library.GDALGetDriver, library.GDALGetDriverShortName, library.GDALDeregisterDriver
     get.restype, get.argtypes = ctypes.c_void_p, [ctypes.c_int]
     name.restype, name.argtypes = ctypes.c_char_p, [ctypes.c_void_p]

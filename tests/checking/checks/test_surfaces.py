@@ -105,13 +105,14 @@ def test_roads_on_each_other_by_the_hundred_are_refused(tree: Tree, path: Path) 
         copy.set("id", str(1000 + k))
         one(copy, "planView/geometry").set("x", str(200.0 + k * 1e-3))
         tree.append(copy)
-    with pytest.raises(InputError, match=r"map.xodr: too many carriageways lie on each other .* at road '\d+', s ="):
+    with pytest.raises(InputError, match=r"map.xodr: too many roads lie on each other .* at road '\d+', s ="):
         checked(tree, path)
     assert checked(tree, path, only=("record-gap",), ignore=()).findings == ()
 
 
 def test_large_areas_that_roads_share_are_refused(tree: Tree, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one(road(tree, 4), "planView/geometry").attrib.update({"x": "-55", "y": "0"})
-    monkeypatch.setattr(surfaces, "_CROWD_POINTS", (100.0, 1.0))
+    monkeypatch.setattr(surfaces, "_SHARED", 100.0)
+    monkeypatch.setattr(surfaces, "_SHARED_EACH", 1.0)
     with pytest.raises(InputError, match=r"too large an area to compare them, such as road '[14]'"):
         checked(tree, path)

@@ -28,6 +28,12 @@ def road(number: int, length: str = "100", shape: str = "<line/>", lanes: int = 
         (road(7, "1000", '<spiral curvStart="0" curvEnd="-9"/>'), "turns by 9000 rad"),
         (road(7, lanes=501), "<laneSection> of 502 lanes"),
         ("".join(map(road, range(201))), "<geometry> that 201 roads have"),
+        (road(7).replace('c="0"', 'c="0.06"'), r"road '7' \(line \d+\) has a <lane> 603 m wide"),
+        (road(7).replace('c="0"', 'c="-0.06"'), "<lane> 597 m wide"),
+        (
+            road(7).replace("<laneSection", '<laneOffset s="50" a="0" b="11" c="0" d="0"/><laneSection'),
+            "<laneOffset> of 550 m",
+        ),
         (road(7, more="<userData>" * 200 + "</userData>" * 200), "elements within each other in line"),
     ],
 )
@@ -38,7 +44,7 @@ def test_what_no_road_has_is_refused(roads: str, words: str, tmp_path: Path) -> 
 
 def test_what_roads_may_have_is_read(tmp_path: Path) -> None:
     spiral = '<spiral curvStart="0" curvEnd="0.2"/>'
-    file = read_text(
-        tmp_path, f"<OpenDRIVE>{road(1, '90000')}{road(2, '600', spiral)}{road(3, lanes=40)}</OpenDRIVE>"
-    )
-    assert len(file.roads.id) == 3
+    wide = road(4).replace('a="3"', 'a="400"')
+    roads = f"{road(1, '90000')}{road(2, '600', spiral)}{road(3, lanes=40)}{wide}"
+    file = read_text(tmp_path, f"<OpenDRIVE>{roads}</OpenDRIVE>")
+    assert len(file.roads.id) == 4

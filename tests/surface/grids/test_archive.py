@@ -134,3 +134,18 @@ def test_masks_beside_a_raster_hold(tmp_path: Path) -> None:
             archive.write(path, path.name)
     packed = read_surface((tmp_path / "dem.zip",), FRAME, X, X, SurfaceOptions(), Diagnostics())
     assert packed.dems[0].voids == surface.dems[0].voids
+
+
+def test_grids_of_text_are_whole_before_gdal_reads_them(tmp_path: Path) -> None:
+    # GDAL never ends where what is packed breaks off in the middle of a grid of text.
+    grid = tmp_path / "grid.asc"
+    head = "ncols 40\nnrows 40\nxllcorner 11.5\nyllcorner 49.5\ncellsize 0.001\n"
+    grid.write_text(head + "\n".join(" ".join(str((i * j) % 97) for i in range(40)) for j in range(40)), "ascii")
+    archive = packed(tmp_path / "grid.zip", grid=grid)
+    assert [path.name for path in rasters_in(archive)] == ["grid.asc"]
+    data = bytearray(archive.read_bytes())
+    data[400:408] = bytes(8)
+    archive.write_bytes(data)
+    for path in (archive, archive / "a folder/grid.asc"):
+        with pytest.raises(InputError, match=r"grid\.zip: the archive is damaged or cut short; get it whole"):
+            rasters_in(path)

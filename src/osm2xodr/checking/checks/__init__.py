@@ -13,7 +13,7 @@ from osm2xodr.checking.checks.profiles import check_profiles
 from osm2xodr.checking.checks.readers import check_misfits, check_readers
 from osm2xodr.checking.checks.references import check_references
 from osm2xodr.checking.checks.schema import Violation, schema_violations
-from osm2xodr.checking.checks.surfaces import check_surfaces, refuse_crowds
+from osm2xodr.checking.checks.surfaces import check_surfaces
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.system import advance
@@ -35,7 +35,6 @@ def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:
     check_links(drive, lanes, steps, findings)
     check_ways_on(drive, lanes, steps, findings)
     advance(0.25)
-    refuse_crowds(drive, lanes, findings)
     check_surfaces(drive, lanes, findings)
     advance(0.75)
     check_clearances(drive, lanes, findings)

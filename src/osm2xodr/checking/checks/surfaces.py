@@ -12,20 +12,20 @@ from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import (
-    CLEARANCE_STEP,
-    Table,
-    join_tables,
-    ranks,
-    repeated,
-    runs,
-    sorted_unique,
-    unique_all,
-    unique_rows,
-)
+from osm2xodr.curves import Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
+from osm2xodr.opendrive import (
+    ABSENT,
+    OpenDrive,
+    elevation,
+    grade,
+    lane_borders,
+    pose,
+    refuse_crowds,
+    section_at,
+    superelevation,
+)
 from osm2xodr.system import available_jobs, map_parallel
 
 # Surfaces of junctions: step of the samples along a road, m, and their shares of the carriageway's width; samples of
@@ -61,12 +61,10 @@ _APART: Final = 8191
 # Stations whose surfaces are compared at once, about, and points of them: more would take much memory.
 _BLOCK: Final = 1 << 17
 _POINTS: Final = 1 << 20
-# Carriageways are counted in cells of this size, m. The sum of the squares of their numbers, or that for each record
-# of the plan view if it is larger, is what is compared at most; so are the points of squares with several roads.
-# Choices: of 20 files of this program and 4 of another one the dense ones have 40 and 150 for each record.
-_CROWD_CELL: Final = 12.0
-_CROWD: Final = (2e6, 300.0)
-_CROWD_POINTS: Final = (5e7, 5e3)
+# Most points in squares that roads share, or for each record of the plan view if that is more. Choices: of 20 files
+# of this program and 4 of another one the densest has 200 for each record.
+_SHARED: Final = 5e7
+_SHARED_EACH: Final = 5e3
 
 
 @dataclass(frozen=True)
@@ -111,35 +109,12 @@ class Carriageways:
 
 def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check places that belong to several roads."""
+    if any(map(findings.wants, ("junction-surface", "overlap", "clearance"))):
+        refuse_crowds(drive)
     if findings.wants("junction-surface"):
         _check_junctions(drive, lanes, findings)
     if findings.wants("overlap"):
         _check_overlaps(drive, lanes, findings)
-
-
-def refuse_crowds(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Raise `InputError` where too many carriageways lie on each other: to compare them takes their square."""
-    if not any(map(findings.wants, ("junction-surface", "overlap", "clearance"))):
-        return
-    ways = carriageways(drive, lanes, np.flatnonzero(has_length(drive)), CLEARANCE_STEP)
-    width = ways.high - ways.low
-    count = np.maximum(np.ceil(width / _CROWD_CELL), 1.0).astype(np.int64)
-    row = repeated(count)
-    place = ways.places(row, ways.low[row] + (ranks(count) + 0.5) * (width / count)[row])
-    _, _, cell, met = unique_rows(np.column_stack([np.floor(axis / _CROWD_CELL).astype(np.int64) for axis in place]))
-    others = met[cell]
-    if float(others.sum()) > _most(drive, _CROWD):
-        worst = row[others.argmax()]
-        name, s = drive.roads.id[int(ways.road[worst])], ways.s[worst]
-        raise InputError(
-            f"{drive.path}: too many carriageways lie on each other to compare them, most at road {name!r},"
-            f" s = {s:.0f} m; delete the copies"
-        )
-
-
-def _most(drive: OpenDrive, bounds: tuple[float, float]) -> float:
-    """Return a bound on what is compared, by the one of any file and that for each record of the plan view."""
-    return max(bounds[0], bounds[1] * len(drive.plan_view.s))
 
 
 def carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> Carriageways:
@@ -304,7 +279,7 @@ def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: 
     # Most squares have one road: nothing in them is looked at.
     near = in_squares.chosen(_with_several(in_squares.key, in_squares.road))
     points = near.points(spacing)
-    if float(points.sum()) > _most(drive, _CROWD_POINTS):
+    if float(points.sum()) > max(_SHARED, _SHARED_EACH * len(drive.plan_view.s)):
         name = drive.roads.id[int(near.road[points.argmax()])]
         raise InputError(
             f"{drive.path}: roads lie on or beside each other over too large an area to compare them, such as road"

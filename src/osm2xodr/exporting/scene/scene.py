@@ -21,7 +21,7 @@ from osm2xodr.exporting.scene.structures import structure_parts
 from osm2xodr.exporting.scene.things import object_parts, signal_parts
 from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import FloatArray, Surroundings
-from osm2xodr.opendrive import Frame, OpenDrive
+from osm2xodr.opendrive import Frame, OpenDrive, refuse_crowds
 
 # Scenes farther from the file's origin count from an origin of their own, m, on a grid of this width, m: single
 # precision resolves a millimetre up to there. Those of `osm2xodr.exporting.mesh`.
@@ -74,8 +74,9 @@ def make_scene(
     Raises
     ------
     InputError
-        No lane has a surface.
+        No lane has a surface, or roads are too many or too wide in one place.
     """
+    refuse_crowds(file)
     surface, passage = settled(road_surface(file, tolerance, step), height)
     water = None
     if surroundings is not None:

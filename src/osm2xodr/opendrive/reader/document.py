@@ -19,7 +19,7 @@ import numpy as np
 from osm2xodr.curves import owners
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.reader.elements import TEXT, Elements, Node
 from osm2xodr.opendrive.reader.furniture import read_furniture
 from osm2xodr.opendrive.reader.grammar import Role
@@ -40,6 +40,9 @@ _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 _LONGEST: Final = 1e6
 # Most lanes of a section, a choice: ten times those of a wide toll plaza.
 _LANES: Final = 500
+# How wide lanes are at most, and how far their middle lies beside the line of their road, m. A choice: several times
+# the widest toll plaza.
+_ASIDE: Final = 500.0
 # Most that a record of the plan view turns, rad, a choice: 160 full circles, where ramps of car parks have a dozen.
 _TURN: Final = 1e3
 # Most records of the plan view that are alike, a choice: a few roads may share one. Their overlaps grow with the
@@ -289,6 +292,36 @@ def check_bounds(file: OpenDrive) -> None:
     _refuse(file, of, counts[alike.ravel()].astype(np.float64), _ALIKE, "has a <geometry> that {:,.0f} roads have")
     lanes = np.diff(file.lanes.start).astype(np.float64)
     _refuse(file, file.sections.road, lanes, _LANES, "has a <laneSection> of {:,.0f} lanes")
+    _check_widths(file)
+
+
+def _check_widths(file: OpenDrive) -> None:
+    """Raise `InputError`, with the road, if lanes are too wide, or too far beside their road, to be true."""
+    sections, lanes = file.sections, file.lanes
+    whole = file.roads.length[sections.road] - sections.s
+    goes_on = sections.road[1:] == sections.road[:-1]
+    whole[:-1][goes_on] = np.diff(sections.s)[goes_on]
+    along = whole[lanes.section]
+    with np.errstate(invalid="ignore", over="ignore"):
+        for profile, length, road, words in (
+            (file.lane_offset, file.roads.length, np.arange(len(file.roads.length)), "has a <laneOffset> of {:g} m"),
+            (lanes.width, along, sections.road[lanes.section], "has a <lane> {:g} m wide"),
+            (lanes.border, along, sections.road[lanes.section], "has a <border> at {:g} m"),
+        ):
+            _refuse(file, road[owners(profile.start)], _largest(profile, length), _ASIDE, words)
+
+
+def _largest(profile: CubicProfile, length: FloatArray) -> FloatArray:
+    """Return the largest size of records of curves of a length, m, at their ends and twice between, (records,)."""
+    owner = owners(profile.start)
+    end, goes_on = length[owner], owner[1:] == owner[:-1]
+    end[:-1][goes_on] = profile.s[1:][goes_on]
+    whole = np.maximum(end - profile.s, 0.0)
+    out = np.abs(profile.a)
+    for share in (1 / 3, 2 / 3, 1.0):
+        ds = share * whole
+        out = np.fmax(out, np.abs(profile.a + ds * (profile.b + ds * (profile.c + ds * profile.d))))
+    return out
 
 
 def _refuse(file: OpenDrive, road: IntArray, value: FloatArray, most: float, words: str) -> None:

@@ -9,6 +9,7 @@ records change, as at the end of a lane section after which the lane offset jump
 
 from __future__ import annotations
 
+from osm2xodr.opendrive.space.crowds import refuse_crowds
 from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
 from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on
 from osm2xodr.opendrive.space.georeference import Frame, frame_of
@@ -42,6 +43,7 @@ __all__ = [
     "points_beside",
     "pose",
     "record_lengths",
+    "refuse_crowds",
     "sample_roads",
     "section_at",
     "superelevation",

@@ -5,9 +5,12 @@ A raster in an archive has the path of the archive with its own behind it: ``dem
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import lzma
 import stat
 import zipfile
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
@@ -20,6 +23,9 @@ _ARCHIVE: Final = ".zip"
 _RASTERS: Final = (".tif", ".tiff", ".asc", ".img", ".hgt")
 # Most rasters of one archive; a choice, far above what agencies put into one.
 _RASTERS_MAX: Final = 10_000
+# What tells grids of text from others, bytes at the beginning of a file: they have no zero byte there.
+_HEAD: Final = 512
+_CHUNK: Final = 1 << 20
 
 
 def rasters_in(path: Path) -> list[Path]:
@@ -28,6 +34,8 @@ def rasters_in(path: Path) -> list[Path]:
     `InputError` if the archive is damaged or has no rasters.
     """
     if path.suffix.lower() != _ARCHIVE or not path.is_file():
+        if (archive := archive_of(path)) is not None:
+            _check_texts(archive, [path.relative_to(archive).as_posix()])
         return [path]
     found = [name for name in sorted(_members(path)) if Path(name).suffix.lower() in _RASTERS]
     if not found:
@@ -39,7 +47,22 @@ def rasters_in(path: Path) -> list[Path]:
         raise InputError(
             f"{path}: there are {len(found):,} rasters in the archive; unpack it, and name those you need"
         )
+    _check_texts(path, found)
     return [path / name for name in found]
+
+
+def _check_texts(path: Path, names: Iterable[str]) -> None:
+    """Raise `InputError` if a grid of text is damaged in its archive: GDAL would read on and on behind the damage."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for name in names:
+                # How some are packed Python cannot read.
+                with contextlib.suppress(NotImplementedError, RuntimeError, KeyError), archive.open(name) as member:
+                    if b"\0" not in member.read(_HEAD):
+                        while member.read(_CHUNK):
+                            pass
+    except (zipfile.BadZipFile, OSError, ValueError, EOFError, zlib.error, lzma.LZMAError):
+        raise _damaged(path) from None
 
 
 def _members(path: Path) -> frozenset[str]:
@@ -50,7 +73,11 @@ def _members(path: Path) -> frozenset[str]:
     except OSError as error:
         raise InputError(f"{path}: the archive cannot be read ({error.strerror}); check its permissions") from None
     except (zipfile.BadZipFile, ValueError, NotImplementedError):
-        raise InputError(f"{path}: the archive is damaged or cut short; get it whole") from None
+        raise _damaged(path) from None
+
+
+def _damaged(path: Path) -> InputError:
+    return InputError(f"{path}: the archive is damaged or cut short; get it whole")
 
 
 @functools.lru_cache(maxsize=4)
