@@ -277,8 +277,8 @@ def _report_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: 
     dropped = {item.osm_id for item in diagnostics if item.kind is Kind.DROPPED} if ways else set()
     for way in sorted(ways):
         if f"way/{way}" not in dropped:
-            said = "it lies wholly inside a junction, whose connecting roads replace it"
-            diagnostics.note("inside-junction", f"way/{way}", said)
+            message = "it lies wholly inside a junction, whose connecting roads replace it"
+            diagnostics.note("inside-junction", f"way/{way}", message)
 
 
 def _places(path: Path, partition: Partition, diagnostics: Diagnostics) -> ElementPlaces:

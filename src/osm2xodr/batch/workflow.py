@@ -345,8 +345,8 @@ def run_batch(
     old = sorted(set(out.known()) - {item.area.name for item in planned})
     if old:
         more = f" and {len(old) - 3:,} more" if len(old) > 3 else ""
-        said = f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
-        diagnostics.note("old-areas", "", said)
+        sentence = f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
+        diagnostics.note("old-areas", "", sentence)
     results = [batch.results[item.area.name] for item in planned]
     if not any(result.status is Status.FAILED for result in results):
         _report_unused(options.corrections, [out.outputs(result.name)[1] for result in results], diagnostics)

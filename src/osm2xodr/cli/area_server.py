@@ -149,14 +149,14 @@ class _Fork:
 
     def __init__(self, answers: int) -> None:
         theirs, self._requests = os.pipe()
-        self._answers, told = os.pipe()
+        self._answers, reply = os.pipe()
         server = os.getpid()
         self._process = os.fork()
         if self._process == 0:
             for number in (answers, self._requests, self._answers):
                 os.close(number)
-            _serve(theirs, told, server)
-        for number in (theirs, told):
+            _serve(theirs, reply, server)
+        for number in (theirs, reply):
             os.close(number)
 
     def convert(self, line: bytes) -> dict[str, object]:
@@ -167,20 +167,20 @@ class _Fork:
         """
         with contextlib.suppress(BrokenPipeError):
             os.write(self._requests, line)
-        told = b""
-        while not told.endswith(b"\n"):
+        reply = b""
+        while not reply.endswith(b"\n"):
             ready = select.select([self._answers, 0], [], [], _CHECK)[0]
             if 0 in ready:
                 self.stop()
                 return {"unwanted": True}
             if self._answers in ready:
-                told += (more := os.read(self._answers, _CHUNK))
+                reply += (more := os.read(self._answers, _CHUNK))
                 if not more:
                     break
             # Watchers that it has forked may keep its pipes open when it has ended.
             if not ready and os.waitid(os.P_PID, self._process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
                 break
-        answer: dict[str, object] = json.loads(told) if told.endswith(b"\n") else {"message": ""}
+        answer: dict[str, object] = json.loads(reply) if reply.endswith(b"\n") else {"message": ""}
         if "status" in answer:
             if not answer["goes_on"]:
                 self.stop()
@@ -208,11 +208,11 @@ class _Fork:
             os.close(number)
 
 
-def _serve(requests: int, told: int, server: int) -> NoReturn:
+def _serve(requests: int, reply: int, server: int) -> NoReturn:
     """Run commands in the fork, which answer to the server, until no more are asked for."""
 
     def answer(record: Mapping[str, object]) -> None:
-        os.write(told, json.dumps(record).encode() + b"\n")
+        os.write(reply, json.dumps(record).encode() + b"\n")
 
     status = 1
     try:

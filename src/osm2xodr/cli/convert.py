@@ -287,22 +287,22 @@ def _convert(
 def _report(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:
     """Print what was written, and on request what was found."""
     size = f"{written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {conversion.options.version}"
-    _say(f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s")
+    _echo(f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s")
     for text in kinds_of_findings(written.diagnostics) if verbose else []:
-        _say(text)
+        _echo(text)
     for text in details(written.diagnostics) if verbose > 1 else []:
-        _say(text)
+        _echo(text)
 
 
 def _sum_up(lines: Sequence[Line], command: str) -> None:
     """Print the summary, and what loads the file, if a reader needs to be told."""
     for line in lines:
-        _say(line.text, line.style)
+        _echo(line.text, line.style)
     if command:
-        _say(f"osm2xodr: load it with: {command}")
+        _echo(f"osm2xodr: load it with: {command}")
 
 
-def _say(text: str, style: Style = Style.PLAIN) -> None:
+def _echo(text: str, style: Style = Style.PLAIN) -> None:
     """Print a line; colours are for terminals, unless NO_COLOR (https://no-color.org) is set."""
     colour = _COLOURS.get(style)
     plain = colour is None or os.environ.get("NO_COLOR")

@@ -46,10 +46,10 @@ def _blocks(name: str) -> Iterator[str]:
         raise click.UsageError(f"{name!r} is no diagnostic and no rule of check; {hint}")
     if known is not None:
         kinds = ", ".join(kind.value for kind in known.kinds)
-        told = [known.meaning, f"What to do: {known.remedy}"]
+        sentences = [known.meaning, f"What to do: {known.remedy}"]
         if known.correction:
-            told.append(f"Line for --corrections: {known.line_for('node/ID' if name == 'ele' else 'way/ID')}")
-        yield _block(f"{name} (diagnostic of convert: {kinds})", told)
+            sentences.append(f"Line for --corrections: {known.line_for('node/ID' if name == 'ele' else 'way/ID')}")
+        yield _block(f"{name} (diagnostic of convert: {kinds})", sentences)
     if rule is not None:
         who = ", ".join(rule.readers) or "the standard"
         impact = [f"Who is affected: {who}{f': {rule.impact}' if rule.impact else ''}"]

@@ -122,28 +122,28 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
             raise click.UsageError(f"--{name.replace('_', '-')} is for {where} alone; leave it out")
     bbox = how.pop("bbox")
     if output is not None:
-        said = _file(file, bbox, output, overwrite, how)
+        notes = _file(file, bbox, output, overwrite, how)
     else:
         assert scene is not None
-        said = _scene(file, bbox, scene, overwrite, how)
+        notes = _scene(file, bbox, scene, overwrite, how)
     if not quiet:
-        for line in said:
+        for line in notes:
             click.echo(f"osm2xodr: {line}", err=True)
 
 
 @contextlib.contextmanager
-def _part(file: Path, bbox: str | None, said: list[str]) -> Iterator[OpenDrive]:
+def _part(file: Path, bbox: str | None, notes: list[str]) -> Iterator[OpenDrive]:
     """Read a file, or a part of it; what was cut off is said."""
     from osm2xodr.library import crop, read
     from osm2xodr.opendrive import caveats
 
     if bbox is None:
         network = read(file)
-        said += caveats(network)
+        notes += caveats(network)
         yield network
         return
     with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
-        yield read(crop(file, Path(folder) / file.name, bbox=bbox, say=said.append))
+        yield read(crop(file, Path(folder) / file.name, bbox=bbox, say=notes.append))
 
 
 def _file(file: Path, bbox: str | None, output: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
@@ -155,10 +155,10 @@ def _file(file: Path, bbox: str | None, output: Path, overwrite: bool, how: dict
     check_targets(targets, [file], overwrite=overwrite)
     from osm2xodr.library import export as run
 
-    said: list[str] = []
-    with _part(file, bbox, said) as network:
-        files = run(network, output, say=said.append, **how)
-    return [*said, f"wrote {' and '.join(map(label, files))}"]
+    notes: list[str] = []
+    with _part(file, bbox, notes) as network:
+        files = run(network, output, say=notes.append, **how)
+    return [*notes, f"wrote {' and '.join(map(label, files))}"]
 
 
 def _scene(file: Path, bbox: str | None, scene: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:
@@ -171,9 +171,9 @@ def _scene(file: Path, bbox: str | None, scene: Path, overwrite: bool, how: dict
     how["dem"] = expand(how["dem"])
     from osm2xodr.library import export_scene
 
-    said: list[str] = []
+    notes: list[str] = []
     how["carla"] = how["carla"] or ""
-    with _part(file, bbox, said) as network:
-        files = export_scene(network, scene, say=said.append, format=form, **how)
+    with _part(file, bbox, notes) as network:
+        files = export_scene(network, scene, say=notes.append, format=form, **how)
     size = sum(path.stat().st_size for path in files) / 1e6
-    return [*said, f"wrote {scene} ({len(files):,} files, {size:,.1f} MB)"]
+    return [*notes, f"wrote {scene} ({len(files):,} files, {size:,.1f} MB)"]

@@ -258,10 +258,10 @@ def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str
     junction = "" if place["junction"] is None else f", in junction {place['junction']}"
     yield "road", f"{place['road']}{name}{junction}"
     lane = "none" if place["lane"] is None else f"{place['lane']} ({place['lane_type']})"
-    offset, aside = place["offset"], "no lane near"
+    offset, lateral = place["offset"], "no lane near"
     if isinstance(offset, float):
-        aside = f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
-    yield "lane", f"{lane}, section from s={_m(place['section_s'])}, {aside}"
+        lateral = f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
+    yield "lane", f"{lane}, section from s={_m(place['section_s'])}, {lateral}"
     yield "s, t", f"{_m(place['s'])}, {_m(place['t'])}"
     if place["distance"]:
         yield "distance", f"{_m(place['distance'])} from the nearest lane of this road"

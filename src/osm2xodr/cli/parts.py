@@ -48,7 +48,7 @@ def crop(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> 
 
     lines: list[str] = []
     written = run(file, output, say=lines.append, **how)
-    _say([*lines, f"wrote {label(written)}"], quiet=quiet)
+    _echo([*lines, f"wrote {label(written)}"], quiet=quiet)
 
 
 @click.command(
@@ -75,9 +75,9 @@ def merge(files: tuple[Path, ...], output: Path, overwrite: bool, quiet: bool) -
 
     lines: list[str] = []
     written = run(files, output, say=lines.append)
-    _say([*lines, f"wrote {label(written)}"], quiet=quiet)
+    _echo([*lines, f"wrote {label(written)}"], quiet=quiet)
 
 
-def _say(lines: list[str], *, quiet: bool) -> None:
+def _echo(lines: list[str], *, quiet: bool) -> None:
     for line in lines if not quiet else ():
         click.echo(f"osm2xodr: {line}", err=True)

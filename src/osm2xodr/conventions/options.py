@@ -61,10 +61,10 @@ class Declaration:
 
 def option(name: str, group: Group, help: str, kind: type = str, *, stage: Any = None, **more: Any) -> Any:
     """Declare an option as a field of a stage's dataclass; `stage` is the field's default where it is another one."""
-    told = Declaration(name, group, help, kind, **more)
-    default = told.default if stage is None else stage
+    declaration = Declaration(name, group, help, kind, **more)
+    default = declaration.default if stage is None else stage
     # Not as a default, which dataclasses want hashable.
-    return dataclasses.field(default_factory=lambda: default, metadata={"option": name, "told": told})
+    return dataclasses.field(default_factory=lambda: default, metadata={"option": name, "declaration": declaration})
 
 
 def flag(name: str, group: Group, help: str, **more: Any) -> Any:
@@ -80,4 +80,6 @@ def same_option(name: str, default: Any) -> Any:
 def declarations(*stages: type) -> dict[str, Declaration]:
     """Return the options that are declared on dataclasses, by name."""
     fields = (item for stage in stages for item in dataclasses.fields(stage))
-    return {item.metadata["option"]: item.metadata["told"] for item in fields if "told" in item.metadata}
+    return {
+        item.metadata["option"]: item.metadata["declaration"] for item in fields if "declaration" in item.metadata
+    }

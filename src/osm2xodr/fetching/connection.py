@@ -285,15 +285,15 @@ def _status_problem(url: str, option: str, error: urllib.error.HTTPError, patien
             clock = getattr(error.fp, "clock", None)
             if clock is not None:
                 clock.give(patience)
-            said = plain_text(error.read(_ERROR_READ))
+            message = plain_text(error.read(_ERROR_READ))
         except (OSError, http.client.HTTPException):
-            said = ""
+            message = ""
     if error.code in _BUSY:
         what = {429: "has too many requests of this machine", 504: "is too busy"}.get(error.code, "has an error")
         return _AgainError(
             f"{what} (status {error.code})", error.code, _retry_after(error.headers.get("Retry-After"))
         )
-    quoted = f": {said}" if said else ""
+    quoted = f": {message}" if message else ""
     raise ServerError(
         f"{shown(url)} answers with status {error.code}{quoted}; check the address, or give another one with "
         f"{option}",

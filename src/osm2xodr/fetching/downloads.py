@@ -181,8 +181,8 @@ def _check_head(wanted: Wanted, head: bytes, response: Response) -> None:
 def not_wanted(wanted: Wanted, head: bytes, response: Response) -> str:
     """Return the sentence about an answer that is not what was asked for."""
     kind = plain_text(response.headers.get_content_type().encode())
-    said = plain_text(head) if is_page(head) else ""
-    found = f"a web page{f' ({said})' if said else ''}" if is_page(head) else f"something else ({kind})"
+    message = plain_text(head) if is_page(head) else ""
+    found = f"a web page{f' ({message})' if message else ''}" if is_page(head) else f"something else ({kind})"
     if not head:
         found = "nothing"
     return (

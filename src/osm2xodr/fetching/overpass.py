@@ -62,7 +62,7 @@ class _Overpass:
         self._age = options.age
         self._surroundings = options.surroundings
         self._folder = folder
-        self.said = ""  # What a server has last said of a part that is too large for it
+        self.message = ""  # What a server has last said of a part that is too large for it
 
     def count(self, box: Box) -> tuple[int, Path]:
         """Return the number of elements in a box, and the file that says so; `_TooLargeError` if there is none."""
@@ -152,17 +152,17 @@ def _check(server: str, head: bytes, tail: bytes) -> None:
     """Refuse an answer that is none, or not whole, by its beginning and its end."""
     other = "check the address, or give another one with --overpass"
     if is_page(head) or b"<osm" not in head:
-        said = plain_text(head)
+        message = plain_text(head)
         what = "a web page" if is_page(head) else "something else"
-        if is_page(head) and _TOO_LARGE.search(said):
-            raise _TooLargeError(said)
-        raise ServerError(f"{shown(server)} gives {what} ({said or 'empty'}) instead of OSM data in XML; {other}")
+        if is_page(head) and _TOO_LARGE.search(message):
+            raise _TooLargeError(message)
+        raise ServerError(f"{shown(server)} gives {what} ({message or 'empty'}) instead of OSM data in XML; {other}")
     remark = _REMARK.search(tail)
     if remark is not None:
-        said = plain_text(remark[1])
-        if _TOO_LARGE.search(said):
-            raise _TooLargeError(said)
-        raise ServerError(f"{shown(server)} could not answer ({said}); try again later, or {other}")
+        message = plain_text(remark[1])
+        if _TOO_LARGE.search(message):
+            raise _TooLargeError(message)
+        raise ServerError(f"{shown(server)} could not answer ({message}); try again later, or {other}")
     if not tail.rstrip().endswith(b"</osm>"):
         raise again("cut its answer short")
 
@@ -228,7 +228,7 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
             todo += [(quarter, depth + 1) for quarter in reversed(_quarters(part))]
         else:
             raise ServerError(
-                f"the servers given with --overpass cannot give even a small part of it ({overpass.said}); "
+                f"the servers given with --overpass cannot give even a small part of it ({overpass.message}); "
                 "give others"
             )
     return parts
@@ -247,7 +247,7 @@ def _part(overpass: _Overpass, box: Box, whole: bool, surroundings: bool) -> Pat
             )
         return None if count > _PART_MAX else overpass.area(box)
     except _TooLargeError as error:
-        overpass.said = str(error)
+        overpass.message = str(error)
         return None
 
 

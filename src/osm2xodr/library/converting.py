@@ -91,8 +91,8 @@ def convert(
     with area_map(osm, options, on_stage or (lambda stage: None)) as found:
         wanted = pipeline_options(found.path, dems, found.options)
         made = pipeline.convert(wanted, Diagnostics(), found.on_stage, layouts)
-    owed = (item.attribution for item in made.elevation_models if item.share > 0.0)
-    credits = tuple(dict.fromkeys(text for text in owed if text))
+    attributions = (item.attribution for item in made.elevation_models if item.share > 0.0)
+    credits = tuple(dict.fromkeys(text for text in attributions if text))
     how = _stage(WriteOptions, options, name=options.name_for(osm), elevation_credits=credits)
     source = None if osm == STANDARD_OUTPUT else osm
     inputs = options.inputs(osm, dems)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from osm2xodr.opendrive import OpenDrive
     from osm2xodr.parts import Choice
 
-_Say = Callable[[str], None]
+_Listener = Callable[[str], None]
 
 
 def crop(
@@ -29,7 +29,7 @@ def crop(
     bbox: str | Sequence[float] | None = None,
     polygon: AnyPath | None = None,
     roads: str | Iterable[str] | None = None,
-    say: _Say | None = None,
+    say: _Listener | None = None,
 ) -> Path:
     """Cut a part out of an OpenDRIVE file of any writer. Give one of `bbox`, `polygon` and `roads`.
 
@@ -100,7 +100,7 @@ def clipping(options: ConvertOptions) -> Callable[[Path, Any], Iterable[str]] | 
     return clip
 
 
-def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None) -> Path:
+def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Listener | None = None) -> Path:
     """Join OpenDRIVE files of one frame where ends of their roads meet.
 
     Parameters
@@ -132,7 +132,7 @@ def merge(files: Iterable[AnyPath], output: AnyPath, *, say: _Say | None = None)
     return _write(Path(output), *merge_networks(drives), say)
 
 
-def _write(output: Path, root: Any, lines: Iterable[str], say: _Say | None) -> Path:
+def _write(output: Path, root: Any, lines: Iterable[str], say: _Listener | None) -> Path:
     """Write a document, and pass on the sentences about it."""
     from osm2xodr.parts import write_tree
 

@@ -118,9 +118,11 @@ def export_scene(
     known = SurfaceOptions(dem_crs=dem_crs, dem_unit=dem_unit, dem_encoding=dem_encoding)
     ground = _ground(drive, models, known, diagnostics)
     scene = make_scene(drive, tolerance, step, None if ground is None else ground[0], _surroundings(drive, osm), size)
-    owed = [value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()]
-    owed += [] if ground is None else [item.attribution for item in ground[1].dems]
-    credits = list(dict.fromkeys(value.strip() for value in owed if value.strip()))
+    attributions = [
+        value for (road, code), value in drive.provenance.items() if road == -1 and "attribution" in code.lower()
+    ]
+    attributions += [] if ground is None else [item.attribution for item in ground[1].dems]
+    credits = list(dict.fromkeys(value.strip() for value in attributions if value.strip()))
     with atomic_folder(target, MANIFEST, inputs) as place:
         layout = SceneFormat(form, size, up == "y", carla)
         names = write_scene(scene, drive, place, layout, f"osm2xodr {__version__}", credits)

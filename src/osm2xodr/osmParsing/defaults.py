@@ -16,8 +16,8 @@ LANE_WIDTH_MAX: Final = 5.5
 # From so many lanes on, each is narrower: 14 feet are the widest outside lane that bicycles share (AASHTO, Guide for
 # the Development of Bicycle Facilities, 2012). Of 20 such carriageways with kerbs all along in Berlin and Nuremberg
 # 17 have 2.8 to 4.4 m for each lane, parked cars included, the others 5 to 6 m on the ring of a square.
-LANES_ABREAST: Final = 3
-LANE_WIDTH_ABREAST_MAX: Final = 4.25
+LANES_SIDE_BY_SIDE: Final = 3
+LANE_WIDTH_SIDE_BY_SIDE_MAX: Final = 4.25
 TAGGED_LANE_WIDTH_MIN: Final = 0.5
 TAGGED_LANE_WIDTH_MAX: Final = 10.0
 # Where OSM gives more widths than lanes for cars, lanes narrower than this are for bicycles, m (RASt 06: lanes for
@@ -32,7 +32,7 @@ KERB_REACH: Final = 20.0
 KERBS_SCATTER: Final = 1.5
 # Where three streets meet, kerbs round their corners this far along each of them, m: half of a main street of 11 m,
 # and radii of corners of 6 to 8 m (RASt 06). A choice.
-MOUTH_LENGTH: Final = 12.0
+KERB_RETURN_LENGTH: Final = 12.0
 # How far lanes lie aside of OSM's line where cars park along one side of them alone: 0 if all mappers drew it in the
 # middle of the lanes, 1 if in that of the carriageway with the parked cars. Both is common, so half: of 372 such ways
 # in Berlin lanes lie beside surveyed kerbs by 0.76 m (rms) with it, by 0.97 with 0 as with 1.

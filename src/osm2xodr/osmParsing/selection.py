@@ -178,8 +178,8 @@ def why_no_streets(file: OsmFile, asked: Sequence[RawWay], options: ParseOptions
             "and no streets; osm2xodr reads OpenStreetMap's own data"
         )
     if not contents.nodes and not contents.highways:
-        said = f", and its server says: {file.remark}" if file.remark else ""
-        return f"{file.path} has no nodes and no ways{said}; check the area that it covers"
+        message = f", and its server says: {file.remark}" if file.remark else ""
+        return f"{file.path} has no nodes and no ways{message}; check the area that it covers"
     if not contents.highways:
         return f"{file.path} has no ways with highway=*; export the area with its roads"
     kinds = sorted(contents.highways.items(), key=lambda item: (-item[1], item[0]))

@@ -214,7 +214,7 @@ def _time_limit(seconds: float | None, remedy: str, last_words: Callable[[str], 
 
 
 @contextlib.contextmanager
-def _hard_end(seconds: float, say_why: Callable[[], None]) -> Iterator[None]:
+def _hard_end(seconds: float, explain: Callable[[], None]) -> Iterator[None]:
     """Kill the process, with exit status 1, if it is still busy after `seconds` in a library that ignores signals.
 
     A copy of the process says why, since no Python code runs in this one by then.
@@ -225,7 +225,7 @@ def _hard_end(seconds: float, say_why: Callable[[], None]) -> Iterator[None]:
     ours, theirs = os.pipe()
     watcher = os.fork()
     if watcher == 0:
-        _watch(ours, theirs, seconds, say_why)
+        _watch(ours, theirs, seconds, explain)
     os.close(ours)
     with open(os.devnull, "wb") as nowhere:
         faulthandler.dump_traceback_later(seconds + 0.5, exit=True, file=nowhere)
@@ -238,14 +238,14 @@ def _hard_end(seconds: float, say_why: Callable[[], None]) -> Iterator[None]:
             os.waitpid(watcher, 0)
 
 
-def _watch(ours: int, theirs: int, seconds: float, say_why: Callable[[], None]) -> NoReturn:
+def _watch(ours: int, theirs: int, seconds: float, explain: Callable[[], None]) -> NoReturn:
     """Say why if the parent still runs after `seconds`; then it is about to be killed."""
     try:
         for number in (signal.SIGINT, *ENDING_SIGNALS):
             signal.signal(number, signal.SIG_IGN)
         os.close(theirs)
         if not select.select([ours], [], [], seconds)[0]:
-            say_why()
+            explain()
     finally:
         os._exit(0)
 

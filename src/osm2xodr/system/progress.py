@@ -47,7 +47,7 @@ class Progress:
         self._plan = plan
         self._clock = clock
         self._process = os.getpid()
-        self._start = self._said = clock()
+        self._start = self._printed = clock()
         self._at = -1
         self._stage = ""
         self._began = 0.0
@@ -59,16 +59,16 @@ class Progress:
         self._stage, self._began = name, self._clock()
         later = range(self._at + 1, len(self._plan))
         self._at = next((k for k in later if name.startswith(self._plan[k][0])), self._at)
-        self._say(name, self._share(0.0), self._start, at_once=True)
+        self._print(name, self._share(0.0), self._start, at_once=True)
 
     def advance(self, part: float) -> None:
         """Say which part of the stage that runs is done, 0 to 1."""
         if self._stage:
-            self._say(self._stage, self._share(part), self._start)
+            self._print(self._stage, self._share(part), self._start)
 
     def show(self, text: str, share: float | None, start: float) -> None:
         """Show a text about something of which a share is done since `start`, a time of the clock, s."""
-        self._say(text, share, start)
+        self._print(text, share, start)
 
     def now(self) -> float:
         """Return the time of the clock, s."""
@@ -98,19 +98,19 @@ class Progress:
         weights = [weight for _, weight in self._plan]
         return (sum(weights[: self._at]) + min(max(part, 0.0), 1.0) * weights[self._at]) / sum(weights)
 
-    def _say(self, text: str, share: float | None, start: float, *, at_once: bool = False) -> None:
+    def _print(self, text: str, share: float | None, start: float, *, at_once: bool = False) -> None:
         """Write a line if it is time for one; copies of the process stay silent."""
         if not (self._live or self._plain) or self._process != os.getpid():
             return
         now = self._clock()
-        if self._live and (at_once or now - self._said >= _REWRITTEN):
+        if self._live and (at_once or now - self._printed >= _REWRITTEN):
             self._stream.write(f"\r\x1b[K{text} …{_state(share, now - start)}")
             self._written = True
-        elif self._plain and now - self._start >= _SOON and (at_once or now - self._said >= _APART):
+        elif self._plain and now - self._start >= _SOON and (at_once or now - self._printed >= _APART):
             self._stream.write(f"osm2xodr: {text}{_state(share, now - start)}\n")
         else:
             return
-        self._said = now
+        self._printed = now
         self._stream.flush()
 
 

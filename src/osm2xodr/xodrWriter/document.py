@@ -234,8 +234,8 @@ def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, d
         lost = "cannot say that traffic drives on the left: readers will take it to drive on the right"
         diagnostics.note("left-hand-lost", "", f"{version} {lost}; write 1.6 or later")
     if is_negated(road_map, target):
-        said = f"traffic drives on the left, so lane ids are negated: only --target {target.name} reads them right"
-        diagnostics.note("left-hand-negated", "", said)
+        message = f"traffic drives on the left, so lane ids are negated: only --target {target.name} reads them right"
+        diagnostics.note("left-hand-negated", "", message)
     for word, other in sorted(words.replaced):
         if (word, other) in target.lane_types:
             wanted = f"{word!r} is written as {other!r}, as --target {target.name} wants"

@@ -164,8 +164,8 @@ def run_area(job: AreaJob, *, more: bool = False) -> Outcome:
     `more` says that the next area in this thread is of the same block.
     """
     if job.version != __version__:
-        told = f"the worker has osm2xodr {__version__}, and the batch {job.version}"
-        return Outcome(f"{told}; install the same on both")
+        reason = f"the worker has osm2xodr {__version__}, and the batch {job.version}"
+        return Outcome(f"{reason}; install the same on both")
     # First, so that one among the arguments overrides it.
     bound = ["--max-memory", str(job.memory)] if job.memory else []
     began = time.monotonic()

@@ -97,8 +97,8 @@ def _lane_name(drive: OpenDrive, lanes: LaneIndex, lane: int) -> str:
 def _check_road_contacts(drive: OpenDrive, findings: Findings) -> None:
     """Check for links of roads that name the wrong end of the other road: the end that they do not name touches."""
     roads = drive.roads
-    said = (roads.link_kind == LinkKind.ROAD) & (roads.link != ABSENT) & (roads.contact != End.UNSAID)
-    road, end = np.nonzero(said)
+    stated = (roads.link_kind == LinkKind.ROAD) & (roads.link != ABSENT) & (roads.contact != End.UNSAID)
+    road, end = np.nonzero(stated)
     other, contact = roads.link[road, end], roads.contact[road, end]
     x, y, _ = pose(drive, road, end_station(drive, road, end))
     gap = []

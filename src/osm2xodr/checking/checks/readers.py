@@ -26,7 +26,7 @@ _MISFIT_RULES: Final = {
     "namespace": "namespace",
 }
 # Misfits that other rules describe better.
-_SAID_BETTER: Final = re.compile(
+_STATED_BETTER: Final = re.compile(
     r"<connection> has no attribute (id|incomingRoad|connectingRoad|linkedRoad|contactPoint)"
     r"|<(road|laneSection)> has no (<lanes>|<planView>|centre lane)"
     r"|<geometry> has no shape"
@@ -47,7 +47,7 @@ _LIGHT: Final = "1000001"
 def check_misfits(drive: OpenDrive, findings: Findings) -> None:
     """Report what the reader could not read."""
     for item in drive.misfits:
-        if _SAID_BETTER.match(item.text):
+        if _STATED_BETTER.match(item.text):
             continue
         rule = _MISFIT_RULES.get(item.rule, "unreadable")
         if item.rule == "misplaced-user-data":
@@ -103,10 +103,10 @@ def _check_header(drive: OpenDrive, head: str, findings: Findings) -> None:
         if words:
             findings.add("georeference-words", line=line, other=[", ".join(words)])
     if header.offset is not None and any(header.offset):
-        said = ", ".join(
+        message = ", ".join(
             f"{name} {value:g}" for name, value in zip(("x", "y", "z", "hdg"), header.offset, strict=True) if value
         )
-        findings.add("header-offset", line=[_line_of(head, "<offset")], other=[said])
+        findings.add("header-offset", line=[_line_of(head, "<offset")], other=[message])
     if header.revision not in _ROADRUNNER_VERSIONS:
         version = ".".join(str(part) for part in header.revision) if min(header.revision) >= 0 else "not stated"
         findings.add("version-unread", line=[_line_of(head, "<header")], other=[version])

@@ -79,8 +79,8 @@ def mark_of(kind: str, change: str, *, outwards_left: bool, low: bool, bare: str
     to the outside; `low` that a kerb is one that wheels can cross; `bare` is the type of a bound without a mark.
     """
     if kind in _UNMARKED:
-        said = _CHANGES.get(change, (bare == "virtual",) * 2)
-        return Mark(bare, "", *said)
+        stated = _CHANGES.get(change, (bare == "virtual",) * 2)
+        return Mark(bare, "", *stated)
     if outwards_left:
         kind = _TURNED_ROUND.get(kind, kind)
     type_, subtype, left, right = _MARKS.get(kind, _MARKS["solid"])

@@ -150,14 +150,14 @@ def write_scene(
     if form.carla:
         tiles = without_gaps(tiles, form.tile)
     names = tile_names(tiles, form)
-    owed = "; ".join(credits)
+    attribution = "; ".join(credits)
     rows = []
     for tile, name in zip(tiles, names, strict=True):
         middle = _middle(tile, form, scene)
         with (folder / name).open("wb") as stream:
             if form.format == "glb":
                 place = np.asarray(middle) - scene.origin
-                write_tile(tile, middle, place.tolist(), stream, generator, owed)
+                write_tile(tile, middle, place.tolist(), stream, generator, attribution)
             else:
                 write_obj_tile(tile, scene.origin, stream, _LIBRARY, y_up=form.y_up)
         rows.append(_row(tile, name))

@@ -48,10 +48,10 @@ def _lines(file: OpenDrive, stations: Stations, ribbons: Ribbons) -> Iterator[tu
         for row, low, high in zip(rows, begins, [*begins[1:], np.inf], strict=True):
             name = marks.type[row]
             colour = "yellow" if file.lanes.mark_color[lane] == "yellow" else "white"
-            for aside, broken, _ in (
+            for lateral, broken, _ in (
                 mark_pattern(name, 2 if name == "broken" else 1, colour) if name != "curb" else ()
             ):
-                moved = aside - outward * 0.5 * DRAWN_MARK_WIDTH
+                moved = lateral - outward * 0.5 * DRAWN_MARK_WIDTH
                 for piece in _pieces(line, low, high, broken=broken):
                     yield _strip(piece, moved), colour
 
@@ -91,14 +91,14 @@ def _pieces(line: FloatArray, low: float, high: float, *, broken: bool) -> Itera
         low = end + DASH_GAP if broken else high
 
 
-def _strip(line: FloatArray, aside: float) -> FloatArray:
+def _strip(line: FloatArray, lateral: float) -> FloatArray:
     """Return left and right edge, (points, 2, 4), of a line that is moved to the right."""
     along = np.gradient(line[:, 1:3], axis=0)
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     right = np.column_stack([along[:, 1], -along[:, 0]])
     out = np.repeat(line[:, None], 2, axis=1)
     for k, side in enumerate((-0.5, 0.5)):
-        out[:, k, 1:3] += (aside + side * DRAWN_MARK_WIDTH) * right
+        out[:, k, 1:3] += (lateral + side * DRAWN_MARK_WIDTH) * right
     return out
 
 

@@ -135,11 +135,11 @@ def _sentence(ids: Mapping[str, Sequence[str]]) -> str:
     }
     gone = {"on_roads": "on roads", "off_ground": "where there is no ground"}
     drawn, left_out = len(ids.get("drawn", ())), sum(len(ids.get(key, ())) for key in gone)
-    said = counted(drawn, "building") if drawn or not left_out else f"none of {counted(left_out, 'building')}"
+    message = counted(drawn, "building") if drawn or not left_out else f"none of {counted(left_out, 'building')}"
     rest = [f"{len(ids[key]):,} {text}" for key, text in words.items() if ids.get(key)]
     lost = [f"{len(ids[key]):,} {text}" for key, text in gone.items() if ids.get(key)]
     parts = [": " + ", ".join(rest) if rest else "", "; left out: " + ", ".join(lost) if lost else ""]
-    return said + "".join(parts)
+    return message + "".join(parts)
 
 
 def surface_parts(surface: RoadSurface) -> list[Part]:

@@ -159,9 +159,11 @@ def _corners_on(outline: _Outline, soup: Soup) -> tuple[IntArray, IntArray, Floa
     edge, near, place = edge[kept], near[kept], place[kept]
     along, length = outline.along[edge], outline.length[edge]
     off = soup.xy[place] - outline.xy[edge]
-    at, aside = (off * along).sum(1) / length**2, np.abs(_cross(off, along)) / length
+    at, lateral = (off * along).sum(1) / length**2, np.abs(_cross(off, along)) / length
     z = outline.z[edge] + at * outline.rise[edge]
-    kept = (aside < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
+    kept = (
+        (lateral < ONE_PLACE) & (at > 0) & (at < 1) & (z > low[near] - LEVEL_APART) & (z < high[near] + LEVEL_APART)
+    )
     return edge[kept], place[kept], at[kept]
 
 

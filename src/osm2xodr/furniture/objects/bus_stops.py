@@ -23,7 +23,7 @@ _WIDEST: Final = 60.0
 _HEIGHT: Final = 2.5
 _WIDTH: Final = 0.1
 # Distance of the post from the carriageway, m (VwV-StVO).
-_ASIDE: Final = 0.5
+_LATERAL: Final = 0.5
 # Bays are as deep as a bus with its mirrors, have room for an articulated one, and taper off, m; choices, those of
 # short bays.
 _BAY_DEPTH: Final = 3.0
@@ -154,7 +154,7 @@ def _orientation(world: World, stop: _Stop) -> str:
 
 def _post(world: World, stop: _Stop) -> RoadObject:
     words = ("pole", "busStop", f"bus stop {stop.facts.name}".strip())
-    t = _edge(world, stop, stop.s) + (_ASIDE if stop.leftwards else -_ASIDE)
+    t = _edge(world, stop, stop.s) + (_LATERAL if stop.leftwards else -_LATERAL)
     post = world.object_at(stop.road, words, stop.s, t, stop.osm_id)
     return replace(post, height=_HEIGHT, radius=0.5 * _WIDTH, orientation=_orientation(world, stop))
 
@@ -171,7 +171,7 @@ def _bay(world: World, stop: _Stop) -> RoadObject | None:
     # From one end to the other, and back along the kerb, so that the bay follows the road in bends.
     kerb = np.linspace(s + whole, s - whole, 8).tolist()[1:-1]
     places = [(s - whole, 0.0), (s - half, depth), (s + half, depth), (s + whole, 0.0), *((at, 0.0) for at in kerb)]
-    corners = [(at, _edge(world, stop, at) + aside) for at, aside in places]
+    corners = [(at, _edge(world, stop, at) + lateral) for at, lateral in places]
     t = _edge(world, stop, s) + 0.5 * depth
     bay = world.object_at(stop.road, ("patch", "busBay", "bus bay"), s, t, stop.osm_id)
     bay = replace(bay, outline=outline(world, stop.road, s, t, corners))

@@ -131,8 +131,8 @@ class JunctionPaths:
         rows = np.flatnonzero(found.through & (np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE))
         if not len(rows):
             return 0.0
-        ahead, aside = _in_frame(found, rows, course.x, course.y, course.hdg)
-        crossed = ahead[np.abs(aside) <= half[1]]
+        ahead, lateral = _in_frame(found, rows, course.x, course.y, course.hdg)
+        crossed = ahead[np.abs(lateral) <= half[1]]
         back = np.arange(0.0, most + _STEP, _STEP)
         clear = np.flatnonzero((np.abs(crossed[:, None] + back) >= half[0] + _FROM_CROSSED).all(axis=0))
         return float(back[clear[0]]) if len(clear) else None
@@ -142,7 +142,7 @@ class JunctionPaths:
         found = self._of_junction.get(junction)
         if found is None or len(found.s) < 2:
             return None
-        ahead, aside = _in_frame(found, slice(None), course.x, course.y, course.across - 0.5 * np.pi)
+        ahead, lateral = _in_frame(found, slice(None), course.x, course.y, course.across - 0.5 * np.pi)
         # Where the reference lines of connecting roads cross the line
         meets = (found.curve[1:] == found.curve[:-1]) & ((ahead[1:] >= 0.0) != (ahead[:-1] >= 0.0))
         meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
@@ -153,7 +153,7 @@ class JunctionPaths:
             return None
         share = ahead[row] / (ahead[row] - ahead[row + 1])
         s = found.s[row] + share * (found.s[row + 1] - found.s[row])
-        along = aside[row] + share * (aside[row + 1] - aside[row])
+        along = lateral[row] + share * (lateral[row + 1] - lateral[row])
         hdg = found.hdg[row] + share * wrapped(found.hdg[row + 1] - found.hdg[row])
         curve = found.curve[row]
         # Metres of the line for each metre of t of the roads

@@ -108,8 +108,8 @@ def mini_roundabouts(world: World) -> list[RoadObject]:
         kind = ("roadMark", "miniRoundabout", "mini roundabout")
         disc = world.object_at(road_map.roads[int(curves[k])].id, kind, float(s[k]), float(t[k]), osm_id)
         out.append(replace(disc, radius=0.5 * (network.turning_circles.get(node) or _DISC)))
-        said = "its arms give way to those who go round it, but turns are drawn straight across its middle"
-        world.diagnostics.note("mini-roundabout", osm_id, said)
+        message = "its arms give way to those who go round it, but turns are drawn straight across its middle"
+        world.diagnostics.note("mini-roundabout", osm_id, message)
     return out
 
 

@@ -145,11 +145,11 @@ def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray
     ends = stops[np.searchsorted(stops, firsts, side="right")]
     for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
         rows = slice(first, end + 1)
-        s, aside = places.s[rows], t[rows]
+        s, lateral = places.s[rows], t[rows]
         if s[-1] < s[0]:
-            s, aside = s[::-1], aside[::-1]
+            s, lateral = s[::-1], lateral[::-1]
         if s[-1] - s[0] >= SHORTEST_RUN:
-            yield Run(int(line[first]), int(places.road[first]), s, aside)
+            yield Run(int(line[first]), int(places.road[first]), s, lateral)
 
 
 def simplified(run: Run) -> Iterator[Strip]:
@@ -186,7 +186,7 @@ def object_along(
     words: tuple[str, str, str],
     size: tuple[float, float],
     osm_id: str,
-    aside: float = 0.0,
+    lateral: float = 0.0,
     distance: float = 0.0,
 ) -> RoadObject:
     """Make an object of a type, subtype and name (words) along a strip of road.
@@ -195,7 +195,7 @@ def object_along(
     copies, 0 for one continuous object; all m.
     """
     width, height = size
-    edges = strip.t_start + aside, strip.t_end + aside
+    edges = strip.t_start + lateral, strip.t_end + lateral
     found = world.object_at(world.road_map.roads[strip.road].id, words, strip.s, edges[0], osm_id)
     repeat = ObjectRepeat(strip.s, strip.length, distance, *edges, width, height)
     if distance:

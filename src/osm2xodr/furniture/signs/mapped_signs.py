@@ -159,8 +159,8 @@ class _Reader:
             return self._city_limits(osm_id, face, city_limit, spot)
         if face.meaning == "maxspeed":
             meant = spot.limits.limit_directions(face, country) if spot.along is None else [spot.along]
-            said = [(along, spot.limits.with_value(face, along, country)) for along in meant]
-            return [(along, one) for along, one in said if one.value is not None]
+            stated = [(along, spot.limits.with_value(face, along, country)) for along in meant]
+            return [(along, one) for along, one in stated if one.value is not None]
         if spot.along is not None:
             return [(spot.along, face)]
         if face.meaning in KINDS:

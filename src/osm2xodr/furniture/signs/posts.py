@@ -82,8 +82,8 @@ def merge_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
 
 def _with(one: Post, other: Post) -> Post:
     """Return a post with the signs of another one that it does not have."""
-    said = {_what(face) for face in one.faces}
-    added = with_plates(other.faces, lambda face: _what(face) not in said)
+    stated = {_what(face) for face in one.faces}
+    added = with_plates(other.faces, lambda face: _what(face) not in stated)
     named = (face if face.osm_id else replace(face, osm_id=other.osm_id) for face in added)
     return replace(one, faces=(*one.faces, *named), t=other.t if one.t is None else one.t)
 

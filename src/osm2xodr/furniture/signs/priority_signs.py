@@ -21,7 +21,7 @@ def priority_posts(world: World, approaches: Sequence[Approach], signals: Iterab
     An approach that yields to some and goes before others gets none: it ranks between them without a sign. `signals`
     are the signs that the map gives.
     """
-    said = _said(signals)
+    stated = _stated(signals)
     of_connecting = {movement.connecting_road: item for item in approaches for movement in item.movements}
     out: list[Post] = []
     for junction in world.road_map.junctions:
@@ -31,7 +31,7 @@ def priority_posts(world: World, approaches: Sequence[Approach], signals: Iterab
         )
         for key in sorted(first.keys() ^ yields.keys()):
             item, goes_first = (first | yields)[key], key in first
-            if said.get(key) is not goes_first:
+            if stated.get(key) is not goes_first:
                 face = SignFace("priority_next" if goes_first else "give_way")
                 out.append(Post(item.road, item.stop_s, item.at_end, (face,), ""))
     if out:
@@ -40,7 +40,7 @@ def priority_posts(world: World, approaches: Sequence[Approach], signals: Iterab
     return out
 
 
-def _said(signals: Iterable[Signal]) -> dict[tuple[int, bool], bool]:
+def _stated(signals: Iterable[Signal]) -> dict[tuple[int, bool], bool]:
     """Return what the last sign of each direction of a road says: whether its traffic goes first."""
     out: defaultdict[tuple[int, bool], list[bool]] = defaultdict(list)
     for item in sorted(signals, key=Signal.place_for_traffic):

@@ -54,17 +54,17 @@ def posts_of_ways(world: World, approaches: Sequence[Approach], others: Sequence
     leads to it through a junction, unless another post says the same nearby.
     """
     pieces = _road_pieces(world)
-    said: dict[tuple[int, bool], list[tuple[float, SignFace, bool]]] = defaultdict(list)
+    stated: dict[tuple[int, bool], list[tuple[float, SignFace, bool]]] = defaultdict(list)
     for post in others:
-        said[post.road, post.along] += [(post.s, face, True) for face in post.faces]
+        stated[post.road, post.along] += [(post.s, face, True) for face in post.faces]
     out: list[Post] = []
     changes = [*_along_roads(world, pieces), *_behind_junctions(world, approaches, pieces)]
     # In the direction of travel, so that the first of equal signs is kept.
     for change in sorted(changes, key=lambda item: (item.road, item.along, item.s if item.along else -item.s)):
-        before = said.get((change.road, change.along), ())
-        faces = [face for face in _faces(change, world.network.country) if not _is_said(face, change, before)]
+        before = stated.get((change.road, change.along), ())
+        faces = [face for face in _faces(change, world.network.country) if not _is_stated(face, change, before)]
         if faces and car_lanes(world, change.road, change.s, change.along):
-            said[change.road, change.along] += [(change.s, face, False) for face in faces]
+            stated[change.road, change.along] += [(change.s, face, False) for face in faces]
             osm_id = f"way/{change.after.osm_way_id}"
             out.append(Post(change.road, change.s, change.along, tuple(faces), osm_id))
     return out
@@ -170,13 +170,13 @@ def shown_speed(speed: float, country: str) -> tuple[float, str]:
     return float(round(speed * UNITS_PER_MPS[own])), own
 
 
-def _is_said(face: SignFace, change: _Change, said: Sequence[tuple[float, SignFace, bool]]) -> bool:
+def _is_stated(face: SignFace, change: _Change, stated: Sequence[tuple[float, SignFace, bool]]) -> bool:
     """Return whether another sign says the same: shortly before, or if it is mapped also shortly behind."""
     sign = 1.0 if change.along else -1.0
-    same = ((sign * (change.s - s), mapped) for s, other, mapped in said if _says(other) == _says(face))
+    same = ((sign * (change.s - s), mapped) for s, other, mapped in stated if _meaning(other) == _meaning(face))
     return any(abs(ahead) < _REPEATED and (mapped or ahead >= 0.0) for ahead, mapped in same)
 
 
-def _says(face: SignFace) -> tuple[str, float | None]:
+def _meaning(face: SignFace) -> tuple[str, float | None]:
     limit = face.meaning in _LIMITS and face.value is not None
     return ("limit" if limit else face.meaning), face.value

@@ -43,13 +43,13 @@ class PostClearance:
         own = np.array([world.lanes.index(road) for road, *_ in places], np.int64)
         s, t = np.array([s for _, s, _ in places]), np.array([t for *_, t in places])
         x, y, _ = pose(plan, own, s)
-        point, curve, at, aside, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _REACH)
+        point, curve, at, lateral, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _REACH)
         # Roads that the place lies beside, not before their start or beyond their end, and on the same level.
-        near = (curve != own[point]) & (far <= np.abs(aside) + _BESIDE_TOLERANCE)
+        near = (curve != own[point]) & (far <= np.abs(lateral) + _BESIDE_TOLERANCE)
         elevation = world.road_map.elevation
         rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
         rows = np.flatnonzero(near & (np.abs(rise) <= _OTHER_LEVEL))
-        columns = (column[rows].tolist() for column in (point, curve, at, aside))
+        columns = (column[rows].tolist() for column in (point, curve, at, lateral))
         for place, other, on, off in zip(*columns, strict=True):
             if out[place]:
                 left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)

@@ -100,9 +100,9 @@ class RoadsideFinder:
         out = RoadsidePlaces(np.full(len(x), -1, np.int64), *(np.full(len(x), np.nan) for _ in range(4)))
         at = point[order]
         # Points on connecting roads lie in a junction, even where it is wider than its arms.
-        crossed, _, _, aside, one, other = self._beside(self._connecting, x[at], y[at], _HALF_WIDTH_MAX_CONNECTING)
+        crossed, _, _, lateral, one, other = self._beside(self._connecting, x[at], y[at], _HALF_WIDTH_MAX_CONNECTING)
         free = np.ones(len(at), np.bool_)
-        free[crossed[(aside < one) & (aside > other)]] = False
+        free[crossed[(lateral < one) & (lateral > other)]] = False
         at, order = at[free], order[free]
         out.road[at], out.s[at], out.t[at] = curve[order], s[order], t[order]
         out.left[at], out.right[at] = left[order], right[order]

@@ -168,9 +168,9 @@ def outline(
     u runs along the road at the object, v to its left. z is 0: the frame leans with the road, as CARLA 0.9.16 reads
     it (corners on roads of 10 % are then 0.01 m off; with heights of their own they are 0.2 m off).
     """
-    at, aside = np.array([(s, t), *corners]).T
+    at, lateral = np.array([(s, t), *corners]).T
     curve = np.full(len(at), world.lanes.index(road), np.int64)
-    x, y, hdg = points_beside(world.road_map.plan_view, curve, at, aside)
+    x, y, hdg = points_beside(world.road_map.plan_view, curve, at, lateral)
     dx, dy = x[1:] - x[0], y[1:] - y[0]
     u = dx * np.cos(hdg[0]) + dy * np.sin(hdg[0])
     v = dy * np.cos(hdg[0]) - dx * np.sin(hdg[0])

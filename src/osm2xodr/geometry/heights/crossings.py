@@ -183,10 +183,10 @@ def find_crossings(
     """
     ways = lay_out_carriageways(problem)
     pairs = _places(ways, _overlaps(ways))
-    near, kin = _meetings(problem, end_node, ways, pairs)
+    near, related = _meetings(problem, end_node, ways, pairs)
     crosses = np.bincount(pairs.place, pairs.crossing & ~near) > 0
     crosses = crosses[pairs.place] if len(pairs.place) else pairs.crossing
-    above = _on_top_of_each_other(ways, pairs) & ~kin
+    above = _on_top_of_each_other(ways, pairs) & ~related
     passing = (crosses & ~near) | above
     # On both sides of the same curve there is nothing to be level with.
     half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
@@ -338,15 +338,15 @@ def _meetings(
         return np.where(curve >= roads, 0.0, length[plain] - s if end else s)
 
     a, b = pairs.upper, pairs.lower
-    kin = ways.curve[a] == ways.curve[b]
-    near: BoolArray = kin & (np.abs(ways.s[a] - ways.s[b]) < 2 * _NEAR_NODE)
-    kin = near.copy()
+    related = ways.curve[a] == ways.curve[b]
+    near: BoolArray = related & (np.abs(ways.s[a] - ways.s[b]) < 2 * _NEAR_NODE)
+    related = near.copy()
     for i in (0, 1):
         for j in (0, 1):
             shared = node[ways.curve[a], i] == node[ways.curve[b], j]
-            kin |= shared
+            related |= shared
             near |= shared & (to_node(a, i) < _NEAR_NODE) & (to_node(b, j) < _NEAR_NODE)
-    return near, kin
+    return near, related
 
 
 def _thinned(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) -> _Pairs:

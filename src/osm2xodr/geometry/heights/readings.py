@@ -19,7 +19,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface
 # Distance of the places at which a road's cell size is looked up, m: below the ramp that blends elevation models.
 _LOOK_UP: Final = 50.0
 # Least distance to the side over which the slope across a road is read, m; half a cell where that is more.
-_ASIDE: Final = 2.0
+_LATERAL: Final = 2.0
 
 
 def noise_length(cell: FloatArray) -> FloatArray:
@@ -133,12 +133,12 @@ def _guess_sigma(away: FloatArray) -> FloatArray:
 
 def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:
     """Return the rise of the surface per metre to the left at some of the samples, 0 where it is not known."""
-    aside = np.maximum(_ASIDE, 0.5 * cell[some])
+    lateral = np.maximum(_LATERAL, 0.5 * cell[some])
     x, y, hdg = samples.x[some], samples.y[some], samples.hdg[some]
-    nx, ny = -np.sin(hdg) * aside, np.cos(hdg) * aside
+    nx, ny = -np.sin(hdg) * lateral, np.cos(hdg) * lateral
     left, left_measured = surface.heights(x + nx, y + ny)
     right, right_measured = surface.heights(x - nx, y - ny)
-    return np.where(left_measured & right_measured, (left - right) / (2 * aside), 0.0)
+    return np.where(left_measured & right_measured, (left - right) / (2 * lateral), 0.0)
 
 
 def typical_ground(reading: Reading, cell: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -222,8 +222,8 @@ def report_known_clearances(problem: ProfileProblem, crossings: Crossings | None
     for way in np.unique(problem.span_way[known]).tolist():
         wanted = float(problem.span_clearance[known & (problem.span_way == way)][0])
         if way in used:
-            said = f"{wanted:g} m from road to road where others pass over or under it"
-            applied(diagnostics, f"way/{way}", "clearance", said)
+            message = f"{wanted:g} m from road to road where others pass over or under it"
+            applied(diagnostics, f"way/{way}", "clearance", message)
         else:
             why = "no road passes over or under it, or one with a correction of its own"
             unused(diagnostics, f"way/{way}", "clearance", why)

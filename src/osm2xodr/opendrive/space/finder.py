@@ -66,8 +66,8 @@ class RoadFinder:
         section = section_at(file, self._stations.road, self._stations.s)
         lanes = outermost_lanes(file, section)
         borders = [border for has, lane in lanes for border in lane_borders(file, lane, self._stations.s[has])]
-        aside = np.abs(np.concatenate(borders))
-        self._reach = min(float(np.max(aside[np.isfinite(aside)], initial=0.0)), _FIND_REACH)
+        lateral = np.abs(np.concatenate(borders))
+        self._reach = min(float(np.max(lateral[np.isfinite(lateral)], initial=0.0)), _FIND_REACH)
 
     def find(self, x: FloatArray, y: FloatArray) -> Places:
         """Return all roads whose lanes lie at inertial x, y, (points,), m, or else the nearest road, for each point.
@@ -145,9 +145,9 @@ class RoadFinder:
         at_end = (s <= 0) | (s >= file.roads.length[road])
         beyond = np.where(at_end | (np.abs(along) > SAMPLE_TOLERANCE), along, 0.0)
         section, lane, outside = _nearest_lane(file, road, s, t)
-        aside = np.where(np.isfinite(outside), outside * level, np.abs(across))
+        lateral = np.where(np.isfinite(outside), outside * level, np.abs(across))
         inside = (lane != ABSENT) & (outside <= _FIND_SLACK) & (np.abs(beyond) <= _FIND_SLACK)
-        distance = np.where(inside, 0.0, np.hypot(aside, beyond))
+        distance = np.where(inside, 0.0, np.hypot(lateral, beyond))
         return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance)
 
 
@@ -175,9 +175,9 @@ def _nearest_lane(
 
 def _best(file: OpenDrive, places: Places) -> IntArray:
     """Return the rows to keep, in order: for each point all that are inside, or else the nearest."""
-    aside = np.abs(places.t - lane_middles(file, places.lane, places.s))
-    aside[places.lane == ABSENT] = np.inf
-    order = np.lexsort((places.s, places.road, aside, places.distance, ~places.inside, places.point))
+    lateral = np.abs(places.t - lane_middles(file, places.lane, places.s))
+    lateral[places.lane == ABSENT] = np.inf
+    order = np.lexsort((places.s, places.road, lateral, places.distance, ~places.inside, places.point))
     first = np.diff(places.point[order], prepend=-1) != 0
     kept = order[places.inside[order] | first]
     # A foot can be found from two stations.

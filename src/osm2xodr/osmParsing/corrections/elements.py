@@ -70,9 +70,9 @@ def correct_ways(ways: Sequence[RawWay], corrections: Corrections, diagnostics: 
             dropped.add(way.id)
             applied(diagnostics, f"way/{way.id}", "drop", "it is left out")
         else:
-            tags, said = dict(way.tags), changes.setdefault(way.id, {})
+            tags, stated = dict(way.tags), changes.setdefault(way.id, {})
             for key, after in corrected_tags(tags, known):
-                said[key], tags = difference(tags, after), after
+                stated[key], tags = difference(tags, after), after
             out.append(replace(way, tags=tags))
     for number, known in sorted(corrections.ways.items()):
         if known.drop and number not in dropped:
@@ -105,8 +105,8 @@ def keep_way(
     highway = _class(way, known)
     why = reason[1] if reason else "" if asked else f"{_named(way)} is not among the ways asked for"
     if why or highway != way.tags.get("highway", ""):
-        said = f"it becomes a street of class {highway}" + (f"; without this: {why}" if why else "")
-        applied(diagnostics, f"way/{way.id}", "keep", said)
+        stated = f"it becomes a street of class {highway}" + (f"; without this: {why}" if why else "")
+        applied(diagnostics, f"way/{way.id}", "keep", stated)
     else:
         unused(diagnostics, f"way/{way.id}", "keep", "it is a street without it")
     return replace(way, tags=dict(sorted({**way.tags, "highway": highway}.items())))

@@ -229,34 +229,36 @@ def _check_prolog(path: Path, stream: BinaryIO) -> None:
 def _no_xml(path: Path, raw: bytes) -> InputError:
     """Return why a file of another kind is refused."""
     what = next((what for starts, what in _OTHER_FORMATS if raw.startswith(starts)), None)
-    if (what is None or what == "JSON") and (said := _message(raw)):
-        return InputError(f'{path} is no OSM data but a text ("{said}"); if its server says so, {_LATER}')
+    if (what is None or what == "JSON") and (quote := _message(raw)):
+        return InputError(f'{path} is no OSM data but a text ("{quote}"); if its server says so, {_LATER}')
     return InputError(f"{path} is {what or 'no OSM data'}; {_OVERPASS if what == 'JSON' else _EXPECTED}")
 
 
 def _message(raw: bytes) -> str:
     """Return the text of a message of a server; empty if it is none."""
-    words = _said(raw)
+    words = _quote(raw)
     # What has no space is no sentence; maps in JSON have these.
     is_one = " " in words and b"\0" not in raw and b'"elements"' not in raw and b'"features"' not in raw
     return words if is_one and len(raw) < _MESSAGE_MAX else ""
 
 
-def _said(raw: bytes) -> str:
+def _quote(raw: bytes) -> str:
     return plain_text(_text(raw) if b"\0" in raw else raw)
 
 
 def _other_xml(path: Path, declared: bool, name: str, raw: bytes) -> InputError:
     """Return why XML of another kind is refused, or whatever has a document type declaration."""
     if name.lower() in _OF_PAGES:
-        return InputError(f'{path} is a web page, not a map ("{_said(raw)}"); if its server could not help, {_LATER}')
+        return InputError(
+            f'{path} is a web page, not a map ("{_quote(raw)}"); if its server could not help, {_LATER}'
+        )
     if declared:
         return InputError(
             f"{path} is XML with a document type declaration, which can hold entities and external references "
             "and is refused; export the area again without it"
         )
     if re.search("error|exception|fault", name, re.IGNORECASE):
-        return InputError(f'{path} is a message of its server, not a map ("{_said(raw)}"); {_LATER}')
+        return InputError(f'{path} is a message of its server, not a map ("{_quote(raw)}"); {_LATER}')
     return InputError(f"{path} is XML of another kind (<{name}>, not <osm>); {_EXPECTED}")
 
 
@@ -295,10 +297,10 @@ def _look_at(text: bytes, found: _Findings) -> None:
     if not found.positions_on_ways and b"<nd" in text:
         found.positions_on_ways = _POSITION_ON_WAY.search(text) is not None
     if (b"<remark" in text or b"<error" in text) and (remark := _REMARK.search(text)):
-        said = plain_text(remark[2])
+        quote = plain_text(remark[2])
         # Some remarks are about the query alone.
-        if remark[1] == b"error" or "error" in said.lower():
-            found.remark = said
+        if remark[1] == b"error" or "error" in quote.lower():
+            found.remark = quote
 
 
 def _has_element(chunk: bytes) -> bool:

@@ -34,7 +34,7 @@ def with_default_speeds(
     `tags` are those of ways by id; `dense` are the ids of the ways among residential streets. The diagnostics get
     each way that is given a limit.
     """
-    said: dict[int, str] = {}
+    stated: dict[int, str] = {}
     # By identity: the pieces of a way share their attributes.
     guessed: dict[int, StreetAttributes] = {}
     out: list[Street] = []
@@ -42,13 +42,13 @@ def with_default_speeds(
         for _, piece in street.pieces:
             if id(piece) not in guessed and not _is_known(piece):
                 way = piece.osm_way_id
-                speed, said[way] = _guess(piece, tags[way], way in dense, country)
+                speed, stated[way] = _guess(piece, tags[way], way in dense, country)
                 guessed[id(piece)] = replace(piece, default_speed=speed)
         if any(id(piece) in guessed for _, piece in street.pieces):
             pieces = tuple((first, guessed.get(id(piece), piece)) for first, piece in street.pieces)
             street = replace(street, pieces=pieces)
         out.append(street)
-    for way, words in sorted(said.items()):
+    for way, words in sorted(stated.items()):
         diagnostics.guessed("speed", f"way/{way}", words)
     return tuple(out)
 

@@ -251,14 +251,14 @@ def make_chains(
     next to each end of each piece (2 x piece, plus 1 for its end). Pieces are in ascending OSM id of their ways.
     `forbidden` has pairs of ends at one node: coming from the first, nobody may go on at the second.
     """
-    mates: list[int] = _mates(start, end, flow, points, neighbour, forbidden).tolist()
+    siblings: list[int] = _siblings(start, end, flow, points, neighbour, forbidden).tolist()
     flows: list[int] = flow.tolist()
     visited = [False] * len(flows)
     chains: list[Chain] = []
     for piece in range(len(flows)):
         if visited[piece]:
             continue
-        links, closed = _walk(piece, mates)
+        links, closed = _walk(piece, siblings)
         for other, _ in links:
             visited[other] = True
         chains += _directed(links, closed, flows)
@@ -266,7 +266,7 @@ def make_chains(
     return chains
 
 
-def _mates(
+def _siblings(
     start: IntArray,
     end: IntArray,
     flow: IntArray,
@@ -275,7 +275,7 @@ def _mates(
     forbidden: Set[tuple[int, int]],
 ) -> IntArray:
     """Return for each end of a piece (2 x piece, plus 1 for its end) the end that continues the chain, or -1."""
-    mates = np.full(2 * len(start), -1, np.int64)
+    siblings = np.full(2 * len(start), -1, np.int64)
     node = np.column_stack([start, end]).ravel()
     order = np.argsort(node, kind="stable")
     ordered = node[order]
@@ -290,9 +290,9 @@ def _mates(
         through &= ~(onwards & [pair in forbidden for pair in ends])
         through &= ~(back & [pair[::-1] in forbidden for pair in ends])
     through &= ~turns_back(neighbour[a], points[node[a]], neighbour[b])
-    mates[a[through]] = b[through]
-    mates[b[through]] = a[through]
-    return mates
+    siblings[a[through]] = b[through]
+    siblings[b[through]] = a[through]
+    return siblings
 
 
 def _reaches(ends: IntArray, flow: IntArray) -> BoolArray:
@@ -300,20 +300,20 @@ def _reaches(ends: IntArray, flow: IntArray) -> BoolArray:
     return np.where(ends % 2 == 1, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
 
 
-def _walk(piece: int, mates: Sequence[int]) -> tuple[list[Link], bool]:
+def _walk(piece: int, siblings: Sequence[int]) -> tuple[list[Link], bool]:
     """Collect the whole chain of a piece, and whether it closes on itself."""
     ahead = [(piece, True)]
-    at = mates[2 * piece + 1]
+    at = siblings[2 * piece + 1]
     while at >= 0:
         if at // 2 == piece:
             return ahead, True
         ahead.append((at // 2, at % 2 == 0))
-        at = mates[at ^ 1]
+        at = siblings[at ^ 1]
     behind: list[Link] = []
-    at = mates[2 * piece]
+    at = siblings[2 * piece]
     while at >= 0:
         behind.append((at // 2, at % 2 == 1))
-        at = mates[at ^ 1]
+        at = siblings[at ^ 1]
     return behind[::-1] + ahead, False
 
 

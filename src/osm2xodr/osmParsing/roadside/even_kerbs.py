@@ -21,8 +21,8 @@ _DIGITS: Final = 1
 
 def kerbs_about(width: float, middle: float) -> Kerbs:
     """Return kerbs by their distance and the t of their middle, m, rounded as they are drawn."""
-    apart, aside = round(width, _DIGITS), round(middle, _DIGITS)
-    return Kerbs(aside + apart / 2.0, aside - apart / 2.0)
+    apart, lateral = round(width, _DIGITS), round(middle, _DIGITS)
+    return Kerbs(lateral + apart / 2.0, lateral - apart / 2.0)
 
 
 def even_out(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs], lengths: FloatArray) -> dict[int, Kerbs]:

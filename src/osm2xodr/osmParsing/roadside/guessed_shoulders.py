@@ -31,7 +31,7 @@ def with_guessed_shoulders(
     each way that is given one.
     """
     shoulder = (MarginSpec(LaneType.SHOULDER, SHOULDER_WIDTH["motorway"]),)
-    told: set[int] = set()
+    reported: set[int] = set()
     out = []
     for street in streets:
         open_pieces = [
@@ -46,11 +46,11 @@ def with_guessed_shoulders(
                     on_right = _on_right(piece, rule)
                     margins = (piece.margin_left, shoulder) if on_right else (shoulder, piece.margin_right)
                     pieces[k] = first, replace(piece, margin_left=margins[0], margin_right=margins[1])
-                    told.add(piece.osm_way_id)
+                    reported.add(piece.osm_way_id)
             street = join_like_pieces(replace(street, pieces=tuple(pieces)))
         out.append(street)
     words = f"no shoulder tagged, one of {shoulder[0].width:g} m assumed as motorways have them"
-    for way in sorted(told):
+    for way in sorted(reported):
         diagnostics.guessed("shoulder", f"way/{way}", words)
     return tuple(out)
 

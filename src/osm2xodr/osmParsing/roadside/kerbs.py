@@ -28,7 +28,7 @@ from osm2xodr.curves import (
     unique_first,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.osmParsing.defaults import BESIDE_SPACING, KERB_REACH, KERBS_SCATTER, MOUTH_LENGTH
+from osm2xodr.osmParsing.defaults import BESIDE_SPACING, KERB_REACH, KERB_RETURN_LENGTH, KERBS_SCATTER
 from osm2xodr.osmParsing.file import RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.even_kerbs import even_out, kerbs_about
 from osm2xodr.osmParsing.roadside.reach import LineSamples, near_each_other, sample_lines
@@ -45,7 +45,7 @@ _OWN_LINE: Final = 0.1
 # Kerbs beside aisles of car parks stand beyond the bays.
 _WITHOUT_KERBS: Final = frozenset({"parking_aisle"})
 # Classes of ways whose mouths do not interrupt the kerbs of the streets that they join.
-_WITHOUT_MOUTHS: Final = frozenset({"service", "track"})
+_WITHOUT_RETURNS: Final = frozenset({"service", "track"})
 # Kerbs are part of an edge where their headings differ from the street's by at most this, degrees. A choice: less
 # than what corners of junctions and heads of bays turn by.
 _ALONG_DEG: Final = 20.0
@@ -95,10 +95,10 @@ def kerbs_along(
     samples = sample_lines(pieces.points, pieces.count, BESIDE_SPACING)
     piece = owners(starts(pieces.count))[samples.node]
     way = pieces.way[piece]
-    told = np.array([item.id not in without and item.tags.get("service") not in _WITHOUT_KERBS for item in ways])
+    usable = np.array([item.id not in without and item.tags.get("service") not in _WITHOUT_KERBS for item in ways])
     ends = np.concatenate([lines.start, lines.end, outlines.start, outlines.end])
     near = near_each_other(samples.points, ends, 2.0 * KERB_REACH)[0]
-    used = np.flatnonzero(near & told[way] & ~_in_mouths(ways, pieces, samples, piece))
+    used = np.flatnonzero(near & usable[way] & ~_in_kerb_returns(ways, pieces, samples, piece))
     if not len(used):
         return {}
     layers, with_kerbs = np.zeros(len(ways), np.int64), sorted_unique(way[near])
@@ -132,17 +132,17 @@ def _segments(kerbs: Sequence[RawWay], nodes: RawNodes, points: FloatArray) -> S
     return Segments.of_lines(found, layers)
 
 
-def _in_mouths(ways: Sequence[RawWay], pieces: WayPieces, samples: LineSamples, piece: IntArray) -> BoolArray:
-    """Return which points along ways lie within `MOUTH_LENGTH` of where three streets meet, (n,)."""
+def _in_kerb_returns(ways: Sequence[RawWay], pieces: WayPieces, samples: LineSamples, piece: IntArray) -> BoolArray:
+    """Return which points along ways lie within `KERB_RETURN_LENGTH` of where three streets meet, (n,)."""
     last = np.cumsum(pieces.count) - 1
     ends = np.column_stack([pieces.node[last - pieces.count + 1], pieces.node[last]])
-    with_mouths = np.array([way.tags["highway"] not in _WITHOUT_MOUTHS for way in ways], np.bool_)[pieces.way]
-    meeting = np.bincount(ends[with_mouths].ravel(), minlength=int(ends.max(initial=0)) + 1) > 2
+    with_returns = np.array([way.tags["highway"] not in _WITHOUT_RETURNS for way in ways], np.bool_)[pieces.way]
+    meeting = np.bincount(ends[with_returns].ravel(), minlength=int(ends.max(initial=0)) + 1) > 2
     begin = starts(np.bincount(piece, minlength=len(pieces.count)))
     before = sum_before(samples.length, begin) + 0.5 * samples.length
     total = np.bincount(piece, samples.length, len(pieces.count))
     start, end = meeting[ends[piece]].T
-    out: BoolArray = (start & (before < MOUTH_LENGTH)) | (end & (total[piece] - before < MOUTH_LENGTH))
+    out: BoolArray = (start & (before < KERB_RETURN_LENGTH)) | (end & (total[piece] - before < KERB_RETURN_LENGTH))
     return out
 
 
@@ -165,9 +165,9 @@ def _of_ways(points: IntArray, way: IntArray, left: FloatArray, right: FloatArra
     numbers, first = unique_first(way[order])
     for number, rows in zip(numbers.tolist(), np.split(order, first[1:]) if len(first) else (), strict=True):
         least = max(_POINTS_MIN, _SHARE_MIN * float(points[number]))
-        width, aside = (_agreed(values, least) for values in (left[rows] - right[rows], left[rows] + right[rows]))
-        if width is not None and aside is not None:
-            out[number] = kerbs_about(width, aside / 2.0)
+        width, lateral = (_agreed(values, least) for values in (left[rows] - right[rows], left[rows] + right[rows]))
+        if width is not None and lateral is not None:
+            out[number] = kerbs_about(width, lateral / 2.0)
             continue
         one, other = _agreed(left[rows], least), _agreed(right[rows], least)
         # Both, but not at the same places, tell no width.

@@ -176,8 +176,8 @@ def _may_have(
     if _USES[kind] is LaneType.BIKING:
         lanes = attributes.lanes_ltr
         return not any(lane.type is LaneType.BIKING for lane in (lanes[:1] if side == LEFT else lanes[-1:]))
-    said = sides_of(way_tags[attributes.osm_way_id], "sidewalk", "sidewalk", [])
-    return said.get(_way_side(attributes, side)) != NO or distance <= _FARTHEST_AGAINST_TAGS
+    stated = sides_of(way_tags[attributes.osm_way_id], "sidewalk", "sidewalk", [])
+    return stated.get(_way_side(attributes, side)) != NO or distance <= _FARTHEST_AGAINST_TAGS
 
 
 def _way_side(attributes: StreetAttributes, side: int) -> str:

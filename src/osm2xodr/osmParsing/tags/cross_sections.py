@@ -17,13 +17,13 @@ from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.model import EVERY_LANE, Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import (
     CARRIAGEWAY_WIDTHS,
-    LANE_WIDTH_ABREAST_MAX,
     LANE_WIDTH_BICYCLE,
     LANE_WIDTH_BUS,
     LANE_WIDTH_MAX,
     LANE_WIDTH_MIN,
-    LANES_ABREAST,
+    LANE_WIDTH_SIDE_BY_SIDE_MAX,
     LANES_BESIDE_PARKING,
+    LANES_SIDE_BY_SIDE,
     PARKING_WIDTH,
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
@@ -46,7 +46,7 @@ SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 _WIDTHS_AGREE: Final = 0.5
 # Least distance of the middle of lanes from OSM's line that kerbs tell, m. A choice: lines are drawn no better, and
 # lanes shift where it changes.
-_ASIDE_LEAST: Final = 0.2
+_LATERAL_LEAST: Final = 0.2
 # How far the line of a way may lie aside, and a kerb from where tags have the edge, m. Of 1,164 kerbs in Berlin those
 # up to 1 m farther out tell one edge; beyond that the width is wrong, and edges as far on both sides are off by 0.49
 # to 0.65 m instead of 0.60 to 1.33; beyond 3 m (13 kerbs) tracks or bays may lie between.
@@ -179,7 +179,7 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
         # Lanes that leave room beside them may lie anywhere between the kerbs.
         kerbs = facts.kerbs
         if kerbs and kerbs.apart and abs(sum(widths) + parking_left + parking_right - kerbs.apart) <= _WIDTHS_AGREE:
-            offset = kerbs.middle + beside if abs(kerbs.middle + beside) >= _ASIDE_LEAST else 0.0
+            offset = kerbs.middle + beside if abs(kerbs.middle + beside) >= _LATERAL_LEAST else 0.0
     section = CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
     return section, (parking_left, parking_right)
 
@@ -225,7 +225,7 @@ def _beside_one_kerb(edge: float, own: float, other: float, tagged: bool) -> Ker
 
 def _fits(width: float, lanes: int, parking: float) -> bool:
     """Whether a carriageway may be that of so many lanes and that much parking, else of cars along both sides, m."""
-    widest = LANE_WIDTH_MAX if lanes < LANES_ABREAST else LANE_WIDTH_ABREAST_MAX
+    widest = LANE_WIDTH_MAX if lanes < LANES_SIDE_BY_SIDE else LANE_WIDTH_SIDE_BY_SIDE_MAX
     return LANE_WIDTH_MIN <= width <= lanes * widest + max(parking, 2.0 * PARKING_WIDTH["parallel"])
 
 

@@ -245,8 +245,8 @@ def _with_common_tags(slots: tuple[Slot, ...], turn: str, change: str, findings:
         turns = read_turns(turn, findings)
         slots = tuple(replace(slot, turns=turns) for slot in slots)
     if change and not any(slot.change for slot in slots):
-        said = read_change(change, findings)
-        slots = tuple(replace(slot, change=said) for slot in slots)
+        stated = read_change(change, findings)
+        slots = tuple(replace(slot, change=stated) for slot in slots)
     return slots
 
 

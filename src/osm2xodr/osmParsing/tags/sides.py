@@ -39,7 +39,7 @@ def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[
     `key` has no side (``sidewalk``); `yes` are the sides that its value ``yes`` means. Values that are not known or
     contradict each other are added to `findings` with `code`.
     """
-    said: dict[str, list[str]] = {side: [] for side in LEFT_RIGHT}
+    stated: dict[str, list[str]] = {side: [] for side in LEFT_RIGHT}
     for end, about in ((":left", ("left",)), (":right", ("right",)), (":both", LEFT_RIGHT), ("", LEFT_RIGHT)):
         name = f"{key}{end}"
         value = tags.get(name)
@@ -53,11 +53,11 @@ def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[
             where = "both sides" if len(yes) > 1 else f"the {yes[0]}"
             findings.append((Kind.GUESSED, code, f"{name}=yes names no side, taken to mean {where}"))
         for side, state in read.items():
-            said[side].append(state)
-    if any({YES, NO} <= set(states) for states in said.values()):
+            stated[side].append(state)
+    if any({YES, NO} <= set(states) for states in stated.values()):
         words = f"tags of {key} contradict each other, the most specific one is taken"
         findings.append((Kind.REPAIRED, code, words))
-    return {side: states[0] for side, states in said.items() if states}
+    return {side: states[0] for side, states in stated.items() if states}
 
 
 def _read(value: str, about: Sequence[str], yes: Sequence[str]) -> dict[str, str] | None:

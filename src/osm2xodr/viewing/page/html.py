@@ -193,8 +193,8 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
         places = counted(len(file.misfits), "place")
         notes.append(f"The reader could not read {places} of the file; osm2xodr check lists them.")
     if gap > 0.0:
-        said = "no elevation model measured the height: hatched in the map, shaded in profiles"
-        notes.append(f"On {gap / 1000.0:,.1f} km of roads ({max(100.0 * share, 0.1):.1f} %) {said}.")
+        note = "no elevation model measured the height: hatched in the map, shaded in profiles"
+        notes.append(f"On {gap / 1000.0:,.1f} km of roads ({max(100.0 * share, 0.1):.1f} %) {note}.")
     notes += [*subject.bodies.notes, *(item.message for item in diagnostics)]
     return {
         "title": options.title or name or file.path.name,

@@ -49,8 +49,8 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
         # Marks on the outermost borders are moved inwards, or they could not be seen on the paper.
         inward = 0.5 * width * ((k == 0) - (k == len(kinds) - 1))
         line = _moved(grid[:, k], inward)
-        for aside, broken, shade in mark_pattern(name, style, colour):
-            moved = _moved(line, aside * scale)
+        for lateral, broken, shade in mark_pattern(name, style, colour):
+            moved = _moved(line, lateral * scale)
             pieces = dashed(moved, DASH * scale, DASH_GAP * scale) if broken else [moved]
             out += [Line(piece, shade, width) for piece in pieces]
     return out
@@ -93,11 +93,11 @@ def _placed(corners: Corners, pixels: _Pixels) -> FloatArray:
     return np.array([pixels(*corner) for corner in corners])
 
 
-def _moved(line: FloatArray, aside: float) -> FloatArray:
+def _moved(line: FloatArray, lateral: float) -> FloatArray:
     """Move a line sideways, pixels."""
-    if not aside or len(line) < 2:
+    if not lateral or len(line) < 2:
         return line
     along = np.gradient(line, axis=0)
     length = np.hypot(along[:, 0], along[:, 1])
     length[length == 0.0] = 1.0
-    return np.asarray(line + aside * np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None])
+    return np.asarray(line + lateral * np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None])

@@ -11,12 +11,12 @@ import numpy as np
 import shapely
 
 from osm2xodr.exporting.scene.buildings.defaults import (
+    BELOW_GROUND,
     ROOF_MOST,
     ROOF_SLOPE,
     STOREY,
     STOREYS,
     STOREYS_OTHER,
-    SUNK,
     WALL_LEAST,
 )
 from osm2xodr.exporting.scene.buildings.meshes import Block, meshes_of
@@ -132,7 +132,7 @@ def _block(
         # A guess must not be buried on a slope.
         more = max(high + STOREY - eaves, 0.0) if heights.floor == 0.0 else 0.0
         eaves, ridge = eaves + more, ridge + more
-    floor = low + heights.floor if heights.floor > 0.0 else low - SUNK
+    floor = low + heights.floor if heights.floor > 0.0 else low - BELOW_GROUND
     blocks = [Block(area, box, shape, floor, eaves, ridge, heights.floor > 0.0) for area in _polygons(item.areas)]
     for over, lowest in item.above:
         # What is above a passage is as high as the rest, but hangs.

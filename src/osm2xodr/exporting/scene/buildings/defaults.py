@@ -29,7 +29,7 @@ ROOF_MOST: Final = 6.0
 # Least height of walls, m, so that a roof's height cannot be more than the building's.
 WALL_LEAST: Final = 0.5
 # How far walls reach into the ground below their lowest corner, m. A choice.
-SUNK: Final = 0.5
+BELOW_GROUND: Final = 0.5
 # Buildings of which roads take more than this share of the area are left out, and less than this, m², is too small
 # to be a building, a part of one or an overlap. Choices.
 LOST_SHARE: Final = 0.5

@@ -54,7 +54,7 @@ WATER_SAMPLE: Final = 20.0
 BESIDE_SHORE: Final = 0.05
 # Shores that are not whole are closed if at most this share of the roads on the ground comes to lie in water: maps
 # have bridges without tags, and quays drawn to the metre. A choice.
-MOST_DROWNED: Final = 0.02
+MOST_FLOODED: Final = 0.02
 # Level water lies at least this far below roads at its shore, m, and what distance that is, m. Roads that are lower
 # than lakes by more than the third, m, lead down to a tunnel or lie behind a dam. Choices: coarse models err so.
 WATER_BELOW_ROADS: Final = 0.2

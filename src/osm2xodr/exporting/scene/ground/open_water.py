@@ -10,14 +10,14 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, MOST_DROWNED
+from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, MOST_FLOODED
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # How far ends of coasts lie within the rectangle to whose sides they go, m.
 _MARGIN: Final = 50.0
 # Ends of coasts go on to the nearest side unless another way drowns fewer roads by this share of them. So many are
 # looked at: other ways go into so many directions. Choices: some lie on quays and bridges without tags.
-_FEWER_DROWNED: Final = 0.001
+_FEWER_FLOODED: Final = 0.001
 _ROADS: Final = 20_000
 _DIRECTIONS: Final = 8
 # Of rings at most this share may lack. A choice.
@@ -42,15 +42,15 @@ def sea_of(lines: Sequence[FloatArray], box: Any, on_land: FloatArray) -> list[A
     roads = shapely.points(on_land[:: len(on_land) // _ROADS + 1])
     nearest = list(shapely.shortest_line(ends, side))
     out = _on_the_right(coast, [*nearest, side])
-    drowned = _drowned(out, roads)
+    flooded = _flooded(out, roads)
     for row, end in enumerate(ends):
-        if drowned <= _FEWER_DROWNED * len(roads):
+        if flooded <= _FEWER_FLOODED * len(roads):
             break
         for other in _rays(end, coast, side):
             areas = _on_the_right(coast, [*nearest[:row], other, *nearest[row + 1 :], side])
-            count = _drowned(areas, roads)
-            if count < drowned - _FEWER_DROWNED * len(roads):
-                out, drowned, nearest[row] = areas, count, other
+            count = _flooded(areas, roads)
+            if count < flooded - _FEWER_FLOODED * len(roads):
+                out, flooded, nearest[row] = areas, count, other
     return out
 
 
@@ -95,7 +95,7 @@ def _on_the_right(coast: Any, more: Sequence[Any]) -> list[Any]:
     return list(areas[share > 0.0])
 
 
-def _drowned(areas: Sequence[Any], roads: Any) -> int:
+def _flooded(areas: Sequence[Any], roads: Any) -> int:
     """Return how many places of roads lie in areas."""
     return len(np.unique(shapely.STRtree(roads).query(np.array(areas, object), predicate="contains")[1]))
 
@@ -191,4 +191,4 @@ def _wet(faces: Any, of_one: BoolArray, on_land: FloatArray) -> Any | None:
     for side in sides:
         shapely.prepare(side)
     few, many = sorted((np.count_nonzero(shapely.contains_xy(side, *on_land.T)), k) for k, side in enumerate(sides))
-    return sides[few[1]] if few[0] < MOST_DROWNED * many[0] else None
+    return sides[few[1]] if few[0] < MOST_FLOODED * many[0] else None
