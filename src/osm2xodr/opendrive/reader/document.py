@@ -42,7 +42,7 @@ _LONGEST: Final = 1e6
 _LANES: Final = 500
 # How wide lanes are at most, and how far their middle lies beside the line of their road, m. A choice: several times
 # the widest toll plaza.
-_ASIDE: Final = 500.0
+_FARTHEST: Final = 500.0
 # Most that a record of the plan view turns, rad, a choice: 160 full circles, where ramps of car parks have a dozen.
 _TURN: Final = 1e3
 # Most records of the plan view that are alike, a choice: a few roads may share one. Their overlaps grow with the
@@ -308,7 +308,7 @@ def _check_widths(file: OpenDrive) -> None:
             (lanes.width, along, sections.road[lanes.section], "has a <lane> {:g} m wide"),
             (lanes.border, along, sections.road[lanes.section], "has a <border> at {:g} m"),
         ):
-            _refuse(file, road[owners(profile.start)], _largest(profile, length), _ASIDE, words)
+            _refuse(file, road[owners(profile.start)], _largest(profile, length), _FARTHEST, words)
 
 
 def _largest(profile: CubicProfile, length: FloatArray) -> FloatArray:
