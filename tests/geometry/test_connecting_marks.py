@@ -139,3 +139,46 @@ def test_lines_have_the_colours_of_the_roads() -> None:
     mark = road.lane_sections[0].lanes[-2].road_mark
     assert mark is not None
     assert mark.color == "yellow"
+
+
+def past(*sides: str, main: str = "highway=primary", country: str = "DE") -> set[str]:
+    """Return the types of lines between both directions of a road that goes first, past side streets of these tags.
+
+    The first one is in the south, the second one in the north.
+    """
+    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "s": (0.0, -60.0), "n": (0.0, 60.0)}
+    ways = {1: ("w o", main), 2: ("o e", main)}
+    ways |= {
+        3 + k: (refs, f"highway={tags}") for k, (refs, tags) in enumerate(zip(("s o", "n o"), sides, strict=False))
+    }
+    roads = Case(nodes, ways).build(Rule.RIGHT_HAND, country=country)
+    of_way = {road.id: set(road.osm_way_ids) for road in roads.roads}
+    found = []
+    for road in through(roads):
+        assert road.predecessor is not None
+        assert road.successor is not None
+        if of_way[road.predecessor.id] | of_way[road.successor.id] == {1, 2}:
+            found += [lane.road_mark for lane in road.lane_sections[0].lanes if lane.id == 0]
+    assert len(found) == 2
+    return {mark.type for mark in found if mark is not None}
+
+
+@pytest.mark.parametrize(
+    ("sides", "main", "country", "painted"),
+    [
+        (("residential",), "highway=primary", "DE", True),
+        # In North America lines end at streets, but not at accesses of properties.
+        (("residential",), "highway=primary", "US", False),
+        (("service",), "highway=primary", "US", True),
+        (("service", "service"), "highway=primary", "DE", True),
+        # Crossings are bare, and those of equals.
+        (("residential", "residential"), "highway=primary", "DE", False),
+        (("primary",), "highway=primary", "DE", False),
+        (("residential",), "highway=primary lane_markings=no", "DE", False),
+    ],
+)
+def test_the_centre_line_of_a_road_that_goes_first_runs_on_past_side_streets(
+    sides: tuple[str, ...], main: str, country: str, painted: bool
+) -> None:
+    """It is painted once, and broken: cars turn over it."""
+    assert past(*sides, main=main, country=country) == ({"broken", "none"} if painted else {"none"})

@@ -66,6 +66,8 @@ class MarkStyle:
     # Width of lines beside lanes for buses, taxis or bicycles, m
     special_width: float = SPECIAL_MARK_WIDTH
     special_width_fast: float = SPECIAL_MARK_WIDTH_FAST
+    # Whether lines of a road that goes first run on past a side street. Past accesses of properties they always do.
+    past_side_streets: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,9 @@
 """Road marks within junctions: lines run on where lanes do and no other lane crosses them.
 
 Where carriageways part or join, lanes go on side by side for a hundred metres, and so do the lines between and beside
-them. In other junctions the line at the carriageway's edge runs on: opposite a side road, along the inside of a
-roundabout, and round a corner.
+them. A road that goes first keeps its lines between lanes past side streets, broken, since cars turn over them. In
+other junctions the line at the carriageway's edge runs on: opposite a side road, along the inside of a roundabout,
+and round a corner. Crossings of equals and those with lights are bare.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.conventions import MarkStyle
 from osm2xodr.curves import Table, heading_change, lengths, pose, ranks, repeated, sorted_unique
 from osm2xodr.defaults import LEAST_TURN_BACK
-from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.connections import ConnectingRoads, Priorities
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.geometry.merge_setbacks import merge_stems
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneSection, RoadMark, Rule
+from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneSection, RoadMark, Rule
 
 # Edges of lanes are looked at every so many metres, but not at their ends.
 _SPACING: Final = 1.0
@@ -30,6 +32,13 @@ _ENDS: Final = 1.0
 _INSIDE: Final = 0.4
 # It has the line between two lanes if it is the edge of both for this share of its length. A choice.
 _SHARED: Final = 0.6
+
+# Ways that turn by less go straight on, rad. A choice.
+_STRAIGHT: Final = 0.4
+# Carriageways part or join where no way turns by more, rad (60 degrees). A choice.
+_MERGE_TURN: Final = 1.05
+# Lines of a road that goes first stop for this long at most, m. A choice: more than crossing a street takes.
+_LONGEST_BARE: Final = 25.0
 
 # Every so many places of an edge are looked at first. Only saves time.
 _FEW: Final = 4
@@ -46,13 +55,19 @@ Ways that part or join have the same edge for a while, which none of them shares
 
 
 def connecting_marks(
-    parts: RoadParts, connecting: ConnectingRoads, lanes: Sequence[LaneLayout], rule: Rule
+    parts: RoadParts,
+    connecting: ConnectingRoads,
+    lanes: Sequence[LaneLayout],
+    rule: Rule,
+    priorities: Priorities,
+    style: MarkStyle,
 ) -> dict[int, Marks]:
     """Return the marks of connecting roads for vehicles, by their indices; those without any are left out.
 
     An edge that no other lane crosses has a mark: that of the carriageway's edge, in splits and merges where the lane
     has one before or behind the junction, elsewhere where it has one at both. In splits and merges it has that
     between lanes where it is the edge of another lane, too (of both lanes the one that lies nearer to lane 0 has it).
+    The line on the inner side of a lane that goes straight on runs on where `_lines_run_on` says so.
     """
     merge = merge_stems(parts, connecting) >= 0
     kinds = _kinds(connecting, lanes, merge)
@@ -63,7 +78,74 @@ def connecting_marks(
         marks = [_mark(edge, both, bool(merge[row])) for edge, both in zip(edges, found, strict=True)]
         # The line between two lanes is painted once.
         out[row] = NO_MARK if marks[0].type.startswith("broken") else marks[0], marks[1]
+    ends = zip(connecting.entry, connecting.entry_lane, connecting.exit, connecting.exit_lane, strict=True)
+    beside = {tuple(map(int, key)): row for row, key in enumerate(ends)}
+    for row, line in _lines_between(connecting, lanes, _lines_run_on(connecting, priorities, style)).items():
+        inwards = _lane_inwards(int(connecting.entry_lane[row])), _lane_inwards(int(connecting.exit_lane[row]))
+        other = beside.get((int(connecting.entry[row]), inwards[0], int(connecting.exit[row]), inwards[1]))
+        # A line belongs to the lane on its inner side, if that goes on as well.
+        if other is None:
+            out[row] = line, out.get(row, (NO_MARK, NO_MARK))[1]
+        else:
+            out[other] = out.get(other, (NO_MARK, NO_MARK))[0], line
     return {row: marks for row, marks in out.items() if marks != (NO_MARK, NO_MARK)}
+
+
+def _lines_run_on(
+    connecting: ConnectingRoads, priorities: Priorities, style: MarkStyle
+) -> tuple[BoolArray, BoolArray]:
+    """Say where the lines between lanes of one direction run on, and those between opposite directions, (n,).
+
+    Both do along a road that goes first; the first also where all ways part or join at small angles.
+    """
+    turn = np.abs(heading_change(connecting.plan_view, np.arange(len(connecting.length))))
+    straight, cars = turn < _STRAIGHT, connecting.for_vehicles()
+    past = 1 if style.past_side_streets else 0
+    first = (priorities.passed >= 0) & ((priorities.passed <= past) | (connecting.length > _LONGEST_BARE))
+    count = int(connecting.junction.max(initial=-1)) + 1
+    sharpest = np.zeros(count)
+    np.maximum.at(sharpest, connecting.junction[cars], turn[cars])
+    merge = sharpest[connecting.junction] < _MERGE_TURN
+    return straight & (first | merge), straight & first
+
+
+def _lines_between(
+    connecting: ConnectingRoads, lanes: Sequence[LaneLayout], run_on: tuple[BoolArray, BoolArray]
+) -> dict[int, RoadMark]:
+    """Return the lines on the inner sides of lanes that run on, by their rows; those between directions once."""
+    out: dict[int, RoadMark] = {}
+    painted: set[tuple[int, int]] = set()
+    carried = ~connecting.beside_cars()
+    for row in np.flatnonzero(carried & (run_on[0] | run_on[1])).tolist():
+        entry, exit_ = int(connecting.entry[row]), int(connecting.exit[row])
+        before = _line_inside(lanes, entry, int(connecting.entry_lane[row]))
+        behind = _line_inside(lanes, exit_, int(connecting.exit_lane[row]))
+        if before is None or behind is None or before[1] != behind[1] or not run_on[before[1]][row]:
+            continue
+        if before[1]:
+            if (exit_, entry) in painted:
+                continue
+            painted.add((entry, exit_))
+        out[row] = replace(before[0], type="broken", lane_change="none")
+    return out
+
+
+def _lane_inwards(lane: int) -> int:
+    """Return the id of the next lane on the inner side."""
+    return lane - int(np.sign(lane)) or -lane
+
+
+def _line_inside(lanes: Sequence[LaneLayout], end: int, lane: int) -> tuple[RoadMark, bool] | None:
+    """Return the line between a lane and the next one on its inner side, and whether that is for the other direction.
+
+    None without a line, or where no lane for cars lies there.
+    """
+    inwards = _lane_inwards(lane)
+    other = next((item for item in _section(lanes, end).lanes if item.id == inwards), None)
+    mark = _marks(lanes, end, lane)[0]
+    if other is None or other.type not in VEHICLE_LANES or mark.type == NO_MARK.type:
+        return None
+    return mark, inwards * lane < 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

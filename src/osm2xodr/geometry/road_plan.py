@@ -13,16 +13,18 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
+    balloons,
     beyond_streets,
     build_connecting_roads,
     change_in_parts,
     clear_arms_at_last,
     detours,
     draw_in_parts,
-    draw_tighter,
+    draw_turns_back,
     even_widths,
     find_lane_links,
-    long_turns_back,
+    linked_without,
+    needs_own_tarmac,
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
@@ -60,8 +62,8 @@ from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.options import RoadOptions
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
-    LONG_TURN_BACK,
     NEEDLESS,
+    TURN_BACK,
     refuse_without_roads,
     report_absorbed_streets,
     report_corners,
@@ -134,9 +136,9 @@ def plan_roads(
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics, jobs)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
+    cut, connecting, optional = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
     connecting = change_in_parts(partial(_turned, cut), connecting, jobs)
-    connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
+    connecting = _without_impossible_turns(network, cut, connecting, optional, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
     report_meeting_paths(network, cut.layout, connecting, diagnostics)
@@ -193,10 +195,11 @@ def _connect(
     jobs: int,
     *,
     in_line: bool,
-) -> tuple[CutStreets, ConnectingRoads]:
+) -> tuple[CutStreets, ConnectingRoads, BoolArray]:
     """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
 
-    So too where lanes have to narrow before the junction, or shift to be `in_line`.
+    So too where lanes have to narrow before the junction, or shift to be `in_line`. Also says which roads nobody
+    asks for, (n,).
     """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
@@ -230,7 +233,7 @@ def _connect(
         # The roads end where they did: only lanes have changed.
         before, links = links, find_lane_links(even, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    return roomy, connecting
+    return roomy, connecting, np.array([movements[row.movement].optional for row in links.rows], bool)
 
 
 def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -> ConnectingRoads:
@@ -288,26 +291,32 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
 
 
 def _turned(cut: CutStreets, connecting: ConnectingRoads) -> ConnectingRoads:
-    """Draw turns again that are too sharp, or run over an arm."""
+    """Draw turns again that are too sharp, and those that turn back."""
     connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
-    return draw_tighter(cut.ends, cut.layout, cut.parts, connecting)
+    return draw_turns_back(connecting)
 
 
 def _without_impossible_turns(
-    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, diagnostics: Diagnostics
+    network: StreetNetwork,
+    cut: CutStreets,
+    connecting: ConnectingRoads,
+    optional: BoolArray,
+    diagnostics: Diagnostics,
 ) -> ConnectingRoads:
-    """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way."""
+    """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way.
+
+    `optional` (n,) are those that nobody asks for: they are left out where they do not fit.
+    """
     # Loops that turn back on their arm are long by design.
     impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
     impossible |= runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
     report_turns_left_out(network, cut.layout, connecting.junction[impossible], IMPOSSIBLE, diagnostics)
-    connecting = connecting.chosen(~impossible) if impossible.any() else connecting
-    street_end = cut.parts.street_end()
-    on_ring = cut.ends.roundabout[street_end[connecting.entry]] | cut.ends.roundabout[street_end[connecting.exit]]
-    long = long_turns_back(connecting, on_ring)
-    report_turns_left_out(network, cut.layout, connecting.junction[long], LONG_TURN_BACK, diagnostics)
-    connecting = connecting.chosen(~long) if long.any() else connecting
+    connecting, optional = connecting.chosen(~impossible), optional[~impossible]
+    unfit = (optional & needs_own_tarmac(connecting)) | balloons(connecting)
+    unneeded = unfit & linked_without(connecting, unfit)
+    report_turns_left_out(network, cut.layout, connecting.junction[unneeded], TURN_BACK, diagnostics)
+    connecting = connecting.chosen(~unneeded) if unneeded.any() else connecting
     needless = turns_without_need(connecting, cut.parts)
     report_turns_left_out(network, cut.layout, connecting.junction[needless], NEEDLESS, diagnostics)
     return connecting.chosen(~needless) if needless.any() else connecting

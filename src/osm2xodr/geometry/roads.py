@@ -174,9 +174,10 @@ def _lay_out_lanes(
     """Lay out the lanes of roads; `through` are all roads through junctions."""
     lanes = add_margins(carriageways, sides.margins, plan.parts.length.tolist())
     through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
-    marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule)
     found = Diagnostics()
     priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
+    style = find_country(network.country).marks
+    marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule, priorities, style)
     return _Lanes(lanes, through, marks, priorities, found)
 
 

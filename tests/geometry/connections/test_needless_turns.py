@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import cast
-
-import numpy as np
 import pytest
 from street_cases import Case
 
-from osm2xodr.curves import dubins_without_slivers, lengths, smallest_radius
-from osm2xodr.geometry.connections import ConnectingRoads, long_turns_back
+from osm2xodr.curves import smallest_radius
 from osm2xodr.model import RoadMap, Rule
 
 
@@ -60,40 +55,3 @@ def test_cars_turn_where_only_that_leads_on() -> None:
     small = triangle(10.0, 18.0)
     case = Case(small.nodes, {**small.ways, 2: ("a b", "oneway=yes"), 5: ("b c", "oneway=yes")})
     assert (2, 5) in turns(case.build())
-
-
-def turns_back(apart: float, stagger: list[float], entries: list[int]) -> ConnectingRoads:
-    """Draw turns back onto lanes some way apart, each of which begins that far ahead, m, from these road ends."""
-    ahead = np.array(stagger)
-    zero, west = np.zeros(len(ahead)), np.full(len(ahead), np.pi)
-    plan = dubins_without_slivers(zero, zero, zero, ahead, zero + apart, west, radius=zero + 4.0)
-    entry = np.array(entries, np.int64)
-    columns = {
-        "plan_view": plan,
-        "length": lengths(plan),
-        "for_vehicles": lambda: np.ones(len(entry), bool),
-        "entry": entry,
-        "exit": np.full(len(entry), 9, np.int64),
-        "entry_lane": 0 * entry,
-        "exit_lane": 0 * entry,
-    }
-    return cast("ConnectingRoads", SimpleNamespace(**columns))
-
-
-@pytest.mark.parametrize(
-    ("apart", "entries", "on_ring", "left_out"),
-    [
-        (5.0, [1, 1], False, [True, False]),
-        # Wide enough to turn in one go: it goes round something.
-        (12.0, [1, 1], False, [False, False]),
-        (5.0, [1, 1], True, [False, False]),
-        # Nothing else leads on from the end of its lane.
-        (5.0, [1, 3], False, [False, False]),
-    ],
-)
-def test_turns_back_that_swing_out_and_are_long_are_left_out(
-    apart: float, entries: list[int], on_ring: bool, left_out: list[bool]
-) -> None:
-    roads = turns_back(apart, [30.0, 0.0], entries)
-    assert (roads.length > 40.0).tolist() == [True, False]
-    assert long_turns_back(roads, np.full(2, on_ring)).tolist() == left_out

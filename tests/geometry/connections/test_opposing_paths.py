@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.curves import chain_curves, dubins_without_slivers, lengths, pose, smallest_radius, stack_plan_views
+from osm2xodr.curves import chain_curves, lengths, pose, smallest_radius, stack_plan_views
 from osm2xodr.geometry.connections.carriageways import Carriageways
-from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -93,44 +93,3 @@ def test_no_ways_are_no_pairs() -> None:
     none = np.zeros(0, np.int64)
     plan = connect(*(np.zeros(0) for _ in range(6)))
     assert draw_side_by_side(plan, none, none, np.zeros(0), np.zeros(0, bool)) is plan
-
-
-def turned_there_and_back(apart: float, side: float) -> PlanView:
-    """Draw both turns between two parallel arms, whose middles are some way apart, m: each the shortest alone."""
-    lane = -1.5 * side
-    zero, east, west = np.zeros(1), np.zeros(1), np.full(1, np.pi)
-    there = dubins_without_slivers(zero, zero + lane, east, zero, zero + apart - lane, west, radius=np.full(1, 4.0))
-    back = dubins_without_slivers(zero, zero + apart + lane, east, zero, zero - lane, west, radius=np.full(1, 4.0))
-    return stack_plan_views(there, back)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("apart", [7.2, 8.0])
-def test_turns_back_swing_out_together(apart: float, side: float) -> None:
-    plan = turned_there_and_back(apart, side)
-    drawn = draw_turn_backs_side_by_side(plan, *ARMS, np.full(2, 3.0), np.zeros(2, bool))
-    assert nearest(plan) < 1.0
-    assert nearest(drawn) == pytest.approx(3.0, abs=0.02)
-    assert smallest_radius(drawn).min() > 3.92
-    assert lengths(drawn).max() < 40.0
-    assert not has_kinks(drawn).any()
-
-
-def test_turns_back_of_close_lanes_are_tighter() -> None:
-    """With a radius of 4 m the outer one would be longer than 40 m."""
-    plan = turned_there_and_back(6.2, 1.0)
-    drawn = draw_turn_backs_side_by_side(plan, *ARMS, np.full(2, 3.0), np.zeros(2, bool))
-    assert nearest(drawn) == pytest.approx(3.0, abs=0.02)
-    assert smallest_radius(drawn) == pytest.approx([4.0, 3.6], abs=0.05)
-    assert lengths(drawn).max() < 40.0
-
-
-def test_turns_back_stay_that_would_become_balloons() -> None:
-    zero, lane, radius = np.zeros(1), np.full(1, 1.5), np.full(1, 4.0)
-    east, west = np.zeros(1), np.full(1, np.pi)
-    # The arm to turn into ends 30 m ahead.
-    there = dubins_without_slivers(zero, zero - lane, east, zero + 30.0, zero + 4.0 + lane, west, radius=radius)
-    back = dubins_without_slivers(zero + 30.0, zero + 4.0 - lane, east, zero, zero + lane, west, radius=radius)
-    plan = stack_plan_views(there, back)
-    drawn = draw_turn_backs_side_by_side(plan, *ARMS, np.full(2, 3.0), np.zeros(2, bool))
-    assert lengths(drawn) == pytest.approx(lengths(plan), abs=1e-9)

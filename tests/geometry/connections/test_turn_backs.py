@@ -13,8 +13,7 @@ from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import Case, built_links
 
 from osm2xodr.curves import lengths, pose
-from osm2xodr.geometry.connections.turn_backs import turned_back
-from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
+from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.model import FloatArray, RoadMap, Rule
 
 
@@ -35,14 +34,16 @@ def turns_back(roads: RoadMap, entry: int = 2, exit_: int = 1) -> list[int]:
 @pytest.mark.parametrize(
     ("apart", "radius", "swings"),
     [
-        # Two swings, one swing, a half circle, two quarter circles.
-        (5.0, U_TURN_RADIUS, 2),
-        (7.0, U_TURN_RADIUS, 1),
+        # A swing before the turn, one on either side, a half circle, two quarter circles.
+        (5.0, U_TURN_RADIUS, 1),
+        (7.0, U_TURN_RADIUS, 2),
         (10.0, 0.96 * 5.0, 0),
-        (14.0, U_TURN_RADIUS_MAX, 0),
+        (14.0, 5.0, 0),
     ],
 )
-def test_a_turn_back_is_as_wide_as_the_median_allows(apart: float, radius: float, swings: int, rule: Rule) -> None:
+def test_turns_back_swing_out_only_where_lanes_are_close(
+    apart: float, radius: float, swings: int, rule: Rule
+) -> None:
     case = dual(apart, "lanes=1 width=3")
     roads = built(case, rule, u_turns="all")
     assert_sound(roads)
@@ -84,21 +85,6 @@ def test_arms_that_end_apart_are_joined_without_a_gap(apart: float, shift: float
         assert (bent[1:] | bent[:-1]).all(), "two lines in a row"
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("tilt", [0.0, 0.2])
-def test_turns_swing_out_on_both_sides_with_a_radius_of_their_own(side: float, tilt: float) -> None:
-    """Circles of 7 m beside both lanes, and one of 4 m that touches both of them ahead."""
-    zero, hdg = np.zeros(1), np.full(1, tilt)
-    end = zero - 5.0 * side * math.sin(tilt), zero + 5.0 * side * math.cos(tilt), hdg + math.pi
-    plan = turned_back((zero, zero, hdg), end, zero - math.inf, zero + 4.0, zero + 7.0)
-    assert plan.curvature == pytest.approx([-side / 7, side / 4, -side / 7])
-    swing = math.acos((5.0 / 2 + 7.0) / 11.0)
-    assert plan.length == pytest.approx([7.0 * swing, 4.0 * (math.pi + 2 * swing), 7.0 * swing])
-    x, y, last = pose(plan, np.zeros(1, np.int64), lengths(plan))
-    assert (x[0], y[0]) == pytest.approx((end[0][0], end[1][0]), abs=1e-9)
-    assert math.cos(last[0] - end[2][0]) == pytest.approx(1.0, abs=1e-12)
-
-
 @pytest.mark.parametrize("rule", list(Rule))
 def test_cars_follow_a_street_that_itself_turns_back(rule: Rule) -> None:
     """A side street leaves at 39 degrees and turns sharply after 38 m: most of the way back is its bend."""
@@ -129,3 +115,33 @@ def _from_segment(x: FloatArray, y: FloatArray, one: FloatArray, other: FloatArr
     step = other - one
     share = np.clip(((x - one[0]) * step[0] + (y - one[1]) * step[1]) / float(step @ step), 0.0, 1.0)
     return np.asarray(np.hypot(x - one[0] - share * step[0], y - one[1] - share * step[1]))
+
+
+def test_u_turns_that_nobody_asks_for_are_left_out_where_they_do_not_fit() -> None:
+    """A street splits into two carriageways: nothing is paved round the nose of the median."""
+    nodes = {"w1": (-80.0, 4.0), "w2": (-80.0, -4.0), "v1": (-30.0, 4.0), "v2": (-30.0, -4.0)}
+    nodes |= {"o": (0.0, 0.0), "e": (80.0, 0.0)}
+    road = "highway=primary name=A"
+    case = Case(
+        nodes,
+        {1: ("o v1 w1", f"{road} oneway=yes"), 2: ("w2 v2 o", f"{road} oneway=yes"), 3: ("o e", road)},
+    )
+    assert not turns_back(case.build(Rule.RIGHT_HAND))
+    assert turns_back(case.build(Rule.RIGHT_HAND, u_turns="all"))
+
+
+def test_turns_at_acute_forks_stay_on_what_is_paved() -> None:
+    """Cars turn from one arm of a fork of 15 degrees into the other: no half disc beside the street."""
+    cos, sin = math.cos(math.radians(7.5)), math.sin(math.radians(7.5))
+    nodes = {"w": (-90.0 * cos, -90.0 * sin), "x": (-90.0 * cos, 90.0 * sin), "o": (0.0, 0.0), "e": (90.0, 0.0)}
+    tags = "highway=residential lanes=2 width=6"
+    roads = Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}).build(Rule.RIGHT_HAND)
+    assert_sound(roads)
+    found = [*turns_back(roads, 1, 3), *turns_back(roads, 3, 1)]
+    assert len(found) == 2
+    for k in found:
+        s = np.linspace(0.0, float(lengths(roads.plan_view)[k]), 60)
+        x, y, _ = pose(roads.plan_view, np.full(len(s), k), s)
+        # The middle of the lane stays on what is paved, and nearly all of the lane.
+        edge = 3.0 / cos + np.maximum(-x, 0.0) * sin / cos
+        assert (np.abs(y) - edge).max() < 0.0

@@ -12,8 +12,10 @@ import numpy as np
 
 from osm2xodr.curves import heading_change, lengths, places_along, pose, wrapped
 from osm2xodr.furniture.world import World
-from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray
+from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneType
 
+# People cross the lanes of cars and bicycles.
+_TRAFFIC: Final = VEHICLE_LANES | {LaneType.BIKING}
 # Distance of the samples of roads, m; a choice.
 _SPACING: Final = 1.0
 # A path belongs to the traffic that a crossing leads over if it runs within 35 degrees of it, by their cosine, and
@@ -98,7 +100,7 @@ class JunctionPaths:
             if junction.id not in self._junctions:
                 continue
             own = {item.connecting_road for item in junction.connections}
-            curves = np.array(sorted(world.lanes.index(road) for road in own if self._has_cars(road)), np.int64)
+            curves = np.array(sorted(world.lanes.index(road) for road in own if self._has_traffic(road)), np.int64)
             first = places_along(plan, _SPACING, curves)
             arms = [(world.lanes.index(item.road), item.at_end) for item in world.nodes.arms.get(junction.id, ())]
             ends = [_end(k, float(length[k]), at_end=at_end) for k, at_end in arms]
@@ -115,8 +117,8 @@ class JunctionPaths:
         used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
         return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
 
-    def _has_cars(self, road: int) -> bool:
-        return any(lane.type in VEHICLE_LANES for lane in self._world.lanes.road(road).lane_sections[0].lanes)
+    def _has_traffic(self, road: int) -> bool:
+        return any(lane.type in _TRAFFIC for lane in self._world.lanes.road(road).lane_sections[0].lanes)
 
     def clear_of_through_traffic(
         self, junction: int, course: Course, half: tuple[float, float], most: float

@@ -14,7 +14,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
-from osm2xodr.geometry.connections.needless_turns import long_turns_back, turns_without_need
+from osm2xodr.geometry.connections.needless_turns import linked_without, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, trims_off_ways
 from osm2xodr.geometry.connections.pose_to_pose import (
     connect,
@@ -27,7 +27,7 @@ from osm2xodr.geometry.connections.pose_to_pose import (
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.tighter_ways import draw_tighter
+from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back, needs_own_tarmac
 
 __all__ = [
     "BESIDE_CARS",
@@ -37,6 +37,7 @@ __all__ = [
     "Poses",
     "Priorities",
     "Turns",
+    "balloons",
     "beyond_streets",
     "build_connecting_roads",
     "change_in_parts",
@@ -45,12 +46,13 @@ __all__ = [
     "curves_apart",
     "detours",
     "draw_in_parts",
-    "draw_tighter",
+    "draw_turns_back",
     "even_widths",
     "find_lane_links",
     "find_priorities",
     "legs_through",
-    "long_turns_back",
+    "linked_without",
+    "needs_own_tarmac",
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",

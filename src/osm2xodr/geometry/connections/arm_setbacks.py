@@ -13,7 +13,7 @@ from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.turn_backs import SHARE_OF_HALF, lanes_apart, swings_back
+from osm2xodr.geometry.connections.turn_backs import lanes_apart
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
@@ -33,6 +33,9 @@ _LEAST_TURN: Final = 0.2
 _LEAST_SETBACK: Final = 0.05
 # One arm of an acute fork is set back by at most this much more than the other one, m. A choice: one car.
 _LARGEST_STAGGER: Final = 6.0
+# The lanes of a fork are so far apart where a car turns from one to the other without swinging out, m: its turning
+# circle, and a bit for lanes that are not quite parallel.
+_FORK_APART: Final = 2 * U_TURN_RADIUS / 0.96
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,9 +162,6 @@ def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, co
     # Loops that turn back on their arm have their own room; bicycles need less than cars.
     plain = (connecting.entry != connecting.exit) & connecting.for_vehicles()
     lacking = _lack_room(connecting.plan_view, radius) & plain
-    # Those that turn back swing out, and would not if there were more room between their lanes.
-    rows = np.flatnonzero(swings_back(connecting.plan_view) & plain)
-    lacking[rows] |= _lack_room(_curves(*every.chosen(rows).poses(ends, layout.trim)), radius[rows])
     return every.chosen(lacking)
 
 
@@ -205,7 +205,7 @@ def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: Tur
         if not len(turns.entry):
             break
         farther = np.maximum(np.minimum(trim + setback, most), trim)
-        done = lanes_apart(*turns.poses(ends, farther)) >= 2 * U_TURN_RADIUS / SHARE_OF_HALF
+        done = lanes_apart(*turns.poses(ends, farther)) >= _FORK_APART
         # Where one arm alone has room, cars would drive along the other one to and fro.
         given = farther - trim
         done &= np.abs(given[turns.entry] - given[turns.exit]) <= _LARGEST_STAGGER

@@ -14,10 +14,9 @@ from osm2xodr.curves import Table, lengths, repeated, runs, stack_plan_views, un
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
-from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
-from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -215,8 +214,6 @@ def build_connecting_roads(
     width = (columns.entry_width + columns.exit_width) / 2
     shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
     plan = draw_side_by_side(plan, entry, exit_, width, shared, streets)
-    plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
-    plan = draw_turn_backs_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

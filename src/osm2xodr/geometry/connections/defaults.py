@@ -36,8 +36,6 @@ LONGEST_REDRAWN: Final = 1.8
 # And they have this radius at least, m, or that of the curve they replace; turns at short streets get it, too: cars
 # turn at 5 to 6 m.
 LEAST_REDRAWN_RADIUS: Final = 5.1
-# Turns back that swing out become no longer than this, m, and are left out where they are: balloons. A choice.
-LONGEST_TURN_BACK: Final = 40.0
 # A bicycle lane that joins a lane for cars widens to it by this many metres per metre at most. A choice: paint ends
 # there, and cyclists leave the edge of the lane.
 STEEPEST_JOIN: Final = 1.0

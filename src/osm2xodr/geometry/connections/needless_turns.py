@@ -14,8 +14,8 @@ import numpy as np
 
 from osm2xodr.curves import lengths, smallest_radius, unique_rows
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.defaults import LONGEST_TURN_BACK, TURNING_RADIUS_ACUTE
-from osm2xodr.geometry.connections.turn_backs import swings_back
+from osm2xodr.geometry.connections.defaults import TURNING_RADIUS_ACUTE
+from osm2xodr.geometry.connections.turn_backs import needs_own_tarmac
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.model import BoolArray
 
@@ -29,13 +29,13 @@ _Ways = dict[int, dict[int, float]]
 
 
 def turns_without_need(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
-    """Say which turns are too sharp, or swing out to turn back, and are not needed, (n,).
+    """Say which turns are too sharp, or turn back over ground of their own, and are not needed, (n,).
 
     They are not where all cars that come over them have another way that is hardly longer, and where their lanes are
     linked without them.
     """
     plan = connecting.plan_view
-    found = (smallest_radius(plan) < TURNING_RADIUS_ACUTE * (1 - 1e-3)) | swings_back(plan)
+    found = (smallest_radius(plan) < TURNING_RADIUS_ACUTE * (1 - 1e-3)) | needs_own_tarmac(connecting)
     out = np.zeros(len(found), bool)
     rows = np.flatnonzero(found & connecting.for_vehicles() & (connecting.entry != connecting.exit))
     if not len(rows):
@@ -46,18 +46,12 @@ def turns_without_need(connecting: ConnectingRoads, parts: RoadParts) -> BoolArr
     return out
 
 
-def long_turns_back(connecting: ConnectingRoads, on_ring: BoolArray) -> BoolArray:
-    """Say which turns back swing out, are longer than nearly all that cars drive, and may be missed, (n,).
-
-    Both of their lanes are linked without them. `on_ring` (n,) says which join a roundabout: they go round it.
-    """
-    out = swings_back(connecting.plan_view) & (connecting.length > LONGEST_TURN_BACK)
-    out &= connecting.for_vehicles() & (connecting.entry != connecting.exit) & ~on_ring
+def linked_without(connecting: ConnectingRoads, left_out: BoolArray) -> BoolArray:
+    """Say of which roads for cars both lanes are linked by others than those that are left out, (n,)."""
+    out = np.ones(len(connecting.length), bool)
     for end, lane in ((connecting.entry, connecting.entry_lane), (connecting.exit, connecting.exit_lane)):
         at = unique_rows(np.column_stack([end, lane])).inverse
-        # Where all ways of a lane are such, none is left out.
-        linked = np.bincount(at, ~out & connecting.for_vehicles())
-        out &= linked[at] > 0
+        out &= np.bincount(at, ~left_out & connecting.for_vehicles())[at] > 0
     return out
 
 

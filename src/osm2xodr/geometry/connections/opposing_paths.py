@@ -17,17 +17,12 @@ from osm2xodr.curves import (
     curve_ends,
     heading_change,
     lengths,
-    owners,
-    pose,
-    ranks,
-    record_turns,
     repeated,
     replace_curves,
     reverse_curves,
     smallest_radius,
     smooth_step,
     stack_plan_views,
-    starts,
     unique_all,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -35,8 +30,6 @@ from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.carriageways import ROUNDINGS, Carriageways, along_the_way
 from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.turn_backs import turned_back
-from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Curves are compared at this many places.
@@ -44,12 +37,6 @@ _PLACES: Final = 32
 # The last axis that is tried runs between the middle of their way over the streets and the direct curve: as in
 # `ROUNDINGS`. A choice.
 _BETWEEN: Final = (12.0, 16.0, 0.6)
-# The inner one of two ways that turn back turns with the first of these radii, m, that leaves both of them room. The
-# smaller ones are choices, for ways that come nearer than `_CROSSING`, m: not below `CONNECTING_RADIUS`.
-_TURN_BACK_RADII: Final = (U_TURN_RADIUS, 3.6, 3.3, 3.1)
-_CROSSING: Final = 1.0
-# They may turn with this share of their smallest radius: their distance changes from one arm to the other.
-_NEAR_ENOUGH: Final = 0.98
 # Less than this decides nothing, m: alike junctions shall look alike, and coordinates are rounded.
 _ROUNDING: Final = 1e-3
 
@@ -92,37 +79,6 @@ def draw_side_by_side(
     return plan
 
 
-def draw_turn_backs_side_by_side(
-    plan: PlanView, entry: IntArray, exit_: IntArray, width: FloatArray, shared: BoolArray
-) -> PlanView:
-    """Redraw curves that turn back from arm to arm and from the other one again, as `draw_side_by_side` does.
-
-    The inner one would swing out across the outer one where the arms are close: both swing out together, and the
-    inner one turns no sharper than a car's turning circle.
-    """
-    pairs = _pairs(entry, exit_, shared)
-    for radius in _TURN_BACK_RADII:
-        pairs, apart = _too_near(plan, pairs, width, LEAST_TURN_BACK, np.inf)
-        if radius < U_TURN_RADIUS:
-            crossing = apart < _CROSSING
-            pairs, apart = pairs.chosen(crossing), apart[crossing]
-        if not len(apart):
-            break
-        start, end = _axis_ends(plan, pairs)
-        half, nowhere = _half_apart(plan, pairs), np.full(len(apart), -np.inf)
-        # The outer one of both swings out with the smaller radius.
-        swing = U_TURN_RADIUS + half if radius < U_TURN_RADIUS else None
-        axis = turned_back(start, end, nowhere, radius + half, swing)
-        drawn = np.flatnonzero(lengths(axis) > 0)
-        if not len(drawn):
-            break
-        axis = _in_quarters(chosen_curves(axis, drawn))
-        plan = _redrawn(
-            plan, pairs.chosen(drawn), apart[drawn], axis, _NEAR_ENOUGH * radius, defaults.LONGEST_TURN_BACK
-        )
-    return plan
-
-
 def _too_near(
     plan: PlanView, pairs: _Pairs, width: FloatArray, least_turn: float, most_turn: float
 ) -> tuple[_Pairs, FloatArray]:
@@ -135,27 +91,6 @@ def _too_near(
     apart = _apart(plan, pairs)
     near = apart < defaults.OPPOSING_CLEARANCE * (width[pairs.there] + width[pairs.back]) / 2
     return pairs.chosen(near), apart[near]
-
-
-def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
-    """Return half of the distance of both curves of each pair at the arm where it is larger, (pairs,)."""
-    out = np.zeros(len(pairs.there))
-    there, back = curve_ends(plan, pairs.there), curve_ends(plan, pairs.back)
-    for (x, y, _), (other_x, other_y, _) in zip(there, reversed(back), strict=True):
-        out = np.maximum(out, np.hypot(other_x - x, other_y - y) / 2)
-    return out
-
-
-def _in_quarters(plan: PlanView) -> PlanView:
-    """Return curves whose arcs turn by a quarter at most: what runs beside them is drawn piece by piece."""
-    count = np.maximum(np.ceil(np.abs(record_turns(plan)) / (np.pi / 2) - 1e-9), 1).astype(np.int64)
-    record = repeated(count)
-    step = (plan.length / count)[record]
-    s = plan.s[record] + ranks(count) * step
-    x, y, hdg = pose(plan, owners(plan.start)[record], s)
-    rate = plan.rate[record]
-    curvature = plan.curvature[record] + rate * (s - plan.s[record])
-    return PlanView(starts(count)[plan.start], s, x, y, hdg, step, curvature, rate)
 
 
 def _redrawn(

@@ -8,6 +8,7 @@ record; at signals there is none either. At roundabouts inside a junction who go
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, permutations
@@ -23,6 +24,9 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import IntArray, Rule, Sign, StreetAttributes, StreetNetwork
+
+# Carriageways of one road run side by side if their headings differ by less than this, as a sine (23 degrees).
+_ABREAST: Final = 0.39
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
@@ -49,6 +53,9 @@ class Priorities:
     # (n,) Connecting roads of pairs that cross or merge: the one that goes first, the one that yields
     high: IntArray
     low: IntArray
+    # (n,) How many streets, but accesses of properties, meet those connecting roads that run on before all others, -1
+    # for those that do not
+    passed: IntArray
     statistics: Mapping[str, float]  # What was counted
 
 
@@ -70,14 +77,18 @@ def find_priorities(
     low: list[int] = []
     counts = dict.fromkeys(_COUNTS, 0)
     used: set[int] = set()
+    passed = np.full(len(connecting.length), -1, np.int64)
+    street_end = parts.street_end()
     for junction, rows in _rows_by_entry(parts, connecting):
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
-        arms: dict[int, Arm] = {}
         ranks = ranks_at_junction(_attributes(network, end).highway for end in layout.arms[junction])
-        rank = dict(zip(layout.arms[junction], ranks, strict=True))
-        for end in rows:
-            tagged = _attributes(network, end).priority_road
-            arms[end] = Arm(bool(ends.roundabout[end]), signs.before_end.get(end), tagged, rank[end])
+        every = {
+            end: Arm(
+                bool(ends.roundabout[end]), signs.before_end.get(end), _attributes(network, end).priority_road, rank
+            )
+            for end, rank in zip(layout.arms[junction], ranks, strict=True)
+        }
+        arms = {end: every[end] for end in rows}
         if junction in inside or signs.signalled(nodes, list(arms)):
             counts["junctions_with_signals"] += 1
             continue
@@ -96,6 +107,7 @@ def find_priorities(
             high += [i for i in rows[a] for _ in rows[b]]
             low += rows[b] * len(rows[a])
         used.update(end for _, end in decided if arms[end].yields)
+        _count_passed(passed, rows, street_end[connecting.exit], every, ends)
         counts["junctions_with_priorities"] += bool(decided)
         counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})
         if _contradicted(arms.values(), ranks):
@@ -106,7 +118,29 @@ def find_priorities(
     merging = (exit_[first] == exit_[second]) & (lane[first] == lane[second])
     keep = merging | curves_cross(connecting.plan_view, first, second)
     statistics = {**counts, "signs_followed": len(used), "priorities": int(keep.sum())}
-    return Priorities(first[keep], second[keep], {name: float(count) for name, count in statistics.items()})
+    return Priorities(first[keep], second[keep], passed, {name: float(count) for name, count in statistics.items()})
+
+
+def _count_passed(
+    passed: IntArray, rows: Mapping[int, Sequence[int]], exits: IntArray, arms: Mapping[int, Arm], ends: StreetEnds
+) -> None:
+    """Set how many streets meet the ways of a junction that go before all others; `exits` (n,) are their exits."""
+    one_way, ranks = ends.enters != ends.leaves, [arm.rank for arm in arms.values()]
+    for entry, group in rows.items():
+        for row in group:
+            exit_ = int(exits[row])
+            # The carriageway of the other direction is no side street.
+            sides = [
+                end
+                for end in arms.keys() - {entry, exit_}
+                if not (one_way[entry] and one_way[end] and abs(math.sin(ends.hdg[end] - ends.hdg[entry])) < _ABREAST)
+            ]
+            ranks = [arm.rank for arm in arms.values()]
+            if arms[entry].ring or not all(
+                goes_first(arms[k], arms[end], ranks) for k in (entry, exit_) for end in sides
+            ):
+                continue
+            passed[row] = sum(arms[end].rank > defaults.PRIORITY_RANK_MINOR for end in sides)
 
 
 def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tuple[int, dict[int, list[int]]]]:

@@ -12,17 +12,17 @@ from osm2xodr.curves import (
     curve_ends,
     dubins_without_slivers,
     heading_at,
-    heading_change,
     lengths,
     pose,
     replace_curves,
     smallest_radius,
 )
-from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING, MOST_SWING_BACK
+from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, OFF_CARRIAGEWAY, TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.pose_to_pose import curves_apart
 from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.turn_backs import turn_back_rows
 from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.lanes import CrossSection
@@ -54,19 +54,17 @@ def swing_out(
 
     Those that would swing far for the radius that most cars need get the largest one with which they do not.
     """
-    plan, pairs = connecting.plan_view, connecting.there_and_back()
+    plan, pairs, back = connecting.plan_view, connecting.there_and_back(), turn_back_rows(connecting)
     for radius in _RADII:
-        # Loops that turn back on their arm have their own room; bicycles need less than cars.
+        # Ways back have their own room; bicycles need less than cars.
         sharp = (smallest_radius(plan) < radius * (1 - 1e-9)) & connecting.for_vehicles()
-        row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
+        row = np.setdiff1d(np.flatnonzero(sharp & (connecting.entry != connecting.exit)), back)
         if not len(row):
             break
         wide, found = _wide_curves(plan, row, np.full(len(row), radius))
-        # A turn that a car just misses is better than a balloon; turns back have no other way.
-        back = np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK
         longest = LONGEST_REDRAWN if radius <= CONNECTING_RADIUS else _LONGEST_SWING
-        short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan, row))
-        found = found[short[found]]
+        # A turn that a car just misses is better than a balloon.
+        found = found[(lengths(wide) < longest * lengths(plan, row))[found]]
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
         if radius > CONNECTING_RADIUS:
             free &= ~_meet(wide, found, plan, row[found], pairs)
@@ -126,15 +124,11 @@ def _keeps_to_streets(
     connecting: ConnectingRoads,
     beyond: Callable[[ConnectingRoads], FloatArray],
 ) -> BoolArray:
-    """Say which curves, drawn for some rows of a plan, leave the carriageways no more than before, or than they may.
-
-    Turns back lead over what lies between carriageways.
-    """
+    """Say which curves, drawn for rows of a plan, leave the carriageways no more than before, or than they may."""
     off = []
     for tried in (plan, replace_curves(plan, row, drawn, curve)):
         off.append(beyond(replace(connecting, plan_view=tried, length=lengths(tried)).chosen(row)))
-    kept = off[1] <= np.maximum(off[0], OFF_CARRIAGEWAY)
-    return kept | (np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK)
+    return np.asarray(off[1] <= np.maximum(off[0], OFF_CARRIAGEWAY))
 
 
 def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:

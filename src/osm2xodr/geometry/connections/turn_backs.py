@@ -1,12 +1,14 @@
-"""Connecting roads that turn back: one tight turn, as near to the ends of their arms as the way across allows.
+"""Connecting roads that turn back: the way with the least tarmac of its own is taken.
 
-A car that turns back goes round the nose of the median, or of the corner between two arms at an acute angle: its turn
-reaches as far as the street across the median, if this is near, and begins at the ends of the arms if it is not.
-Where the two lanes are closer than a car's turning circle, it swings out before and after the turn.
+A car that turns back keeps to what is paved for others: it turns round the nose between the arms, and where their
+lanes are closer than its turning circle it swings out before the turn, after it, or both. Ways of one kind are laid
+out at places along and across the arms, each costs what it needs of ground that no other way paves, and the cheapest
+wins. What a way costs also counts its length, how sharp it is, and whether it meets the way back.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,192 +16,273 @@ import numpy as np
 from osm2xodr.curves import (
     advance,
     chain_curves,
+    chosen_curves,
     curve_ends,
     curves_of,
     dubins_without_slivers,
     heading_change,
     lengths,
     owners,
+    pose,
+    ranks,
     record_turns,
     repeated,
     replace_curves,
     smallest_radius,
+    sorted_unique,
+    stack_plan_views,
     wrapped,
 )
-from osm2xodr.defaults import LEAST_TURN_BACK
-from osm2xodr.geometry.connections.defaults import LEAST_REDRAWN_RADIUS, SMOOTH_CORNER
-from osm2xodr.geometry.connections.street_paths import LanePaths, Poses
-from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
-from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING_BACK
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.defaults import CAR_WIDTH, U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
+# Places that are tried: the middle of the turning circle lies ahead of both ends by up to this, m, at this spacing,
+# and at so many places across, from a swing before the turn alone to one after it alone. Choices.
+_FARTHEST: Final = 18.0
+_SPACING: Final = 1.5
+_ACROSS: Final = 5
+# Ways are compared with the ground at so many places along them and across their lanes, and pavement is known by
+# squares of this size, m.
+_ALONG: Final = 24
+_OFFSETS: Final = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+_CELL: Final = 0.5
+# What ways cost, m² of tarmac: each m² of their own beyond `_OWN` once more so much; each metre of length, and beyond
+# that of a balloon; each rad that they swing out and back; each metre that oncoming cars lack; each metre that
+# the turn is sharper than `U_TURN_RADIUS`.
+# Choices: nobody drives 20 m farther to spare 2 m² of tarmac.
+_PER_OWN_BEYOND: Final = 2.0
+_PER_LENGTH: Final = 0.25
+_LONGEST: Final = 36.0
+_PER_LENGTH_BEYOND: Final = 4.0
+_PER_SWING: Final = 1.5
+_PER_MEETING: Final = 35.0
+_PER_SHARPNESS: Final = 24.0
+# Radii that are tried, m: of a car that others turn round, of most, and of one with care.
+_RADII: Final = (7.5, U_TURN_RADIUS_MAX, 5.0, U_TURN_RADIUS, 3.5, CONNECTING_RADIUS)
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
-SHARE_OF_HALF: Final = 0.96
-# A curve swings out if it turns forth and back by more than this, rad (6 degrees). A choice.
-_SWING: Final = 0.1
-# Where the two lanes are at least this far apart, m, a car swings out before its turn alone; else also after it. A
-# choice: by at most 2 m.
-_APART_FOR_ONE_SWING: Final = 6.0
-# A turn begins at most this far beyond the ends of both arms, m: farther on, other streets meet. A choice.
-_FARTHEST: Final = 6.0
+_SHARE_OF_HALF: Final = 0.96
+# Ways there and back do not meet in this share of their lengths at both ends, and keep this more apart, m.
+_MEET: Final = 0.06
+_MARGIN: Final = 0.1
+_ROUNDS: Final = 3
+# Ways back are balloons if they are longer than this, m, and turn forth and back by more than this, rad. Choices.
+_BALLOON: Final = 40.0
+_SWINGS: Final = 0.1
+# A way needs tarmac of its own if it is more than this, m². A choice: the corner of a lane.
+_OWN: Final = 10.0
 
 
-def turns_back(plan: PlanView) -> BoolArray:
-    """Say which curves end in about the opposite of the heading that they start with, (curves,)."""
-    return np.asarray(np.abs(heading_change(plan, np.arange(len(plan.start) - 1))) >= LEAST_TURN_BACK)
+_Pose = tuple[float, float, float]
+"""x, y, m, and heading, rad."""
 
 
-def swings_back(plan: PlanView) -> BoolArray:
-    """Say which curves turn back and swing out for it, (curves,): their lanes are close."""
-    turn, owner, n = record_turns(plan), owners(plan.start), len(plan.start) - 1
-    forth_and_back = np.bincount(owner, np.abs(turn), n) - np.abs(np.bincount(owner, turn, n))
-    return np.asarray(turns_back(plan) & (forth_and_back > _SWING))
-
-
-def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> PlanView:
-    """Replace those of the curves, (n,), that turn back by tight turns.
-
-    `entry` and `exit_` (n,) are the street ends that they lead from and to. Curves that follow a smooth street, or a
-    roundabout, stay.
-    """
-    paths = lanes.paths
-    bends = (paths.sharpest[lanes.path] >= SMOOTH_CORNER) & ~paths.on_ring[lanes.path]
-    row = np.flatnonzero(turns_back(plan) & bends & (entry != exit_))
-    # Where two thirds of the turn are bends of the arms' streets, cars follow these if they can.
-    follows = paths.cornered[lanes.path[row]] < LEAST_TURN_BACK / 3
-    row = row[~follows | (smallest_radius(plan)[row] < LEAST_REDRAWN_RADIUS)]
-    if not len(row):
-        return plan
-    begin, end = curve_ends(plan, row)
-    turned = turned_back(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
-    found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
-    return replace_curves(plan, row[found], turned, found)
-
-
-def _axis(begin: Poses, end: Poses) -> FloatArray:
-    """Return the heading between that of the start and the opposite of that of the end, (n,), rad."""
-    return begin[2] + wrapped(end[2] - begin[2] - np.pi) / 2
+def turn_back_rows(connecting: ConnectingRoads) -> IntArray:
+    """Return the roads of cars that end in about the opposite of their first heading, but for loops, (k,)."""
+    turn = np.abs(heading_change(connecting.plan_view, np.arange(len(connecting.length))))
+    found = (turn >= LEAST_TURN_BACK) & connecting.for_vehicles() & (connecting.entry != connecting.exit)
+    return np.flatnonzero(found)
 
 
 def lanes_apart(begin: Poses, end: Poses) -> FloatArray:
     """Return how far the ends of turns back are apart across the axis between their headings, (n,), m."""
-    axis = _axis(begin, end)
+    axis = begin[2] + wrapped(end[2] - begin[2] - np.pi) / 2
     return np.asarray(np.abs((end[1] - begin[1]) * np.cos(axis) - (end[0] - begin[0]) * np.sin(axis)))
 
 
-def _way_across(begin: Poses, end: Poses, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> FloatArray:
-    """Return how far ahead of the start the first nodes of the junction lie on either arm, (n,), m.
+def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
+    """Return the roads with those that turn back drawn so that they need the least tarmac of their own."""
+    rows = turn_back_rows(connecting)
+    if not len(rows):
+        return connecting
+    ground = _Ground(connecting, rows)
+    plan = connecting.plan_view
+    partner = np.full(len(connecting.length), -1)
+    for one, other in zip(*connecting.there_and_back(), strict=True):
+        partner[one], partner[other] = other, one
+    begin, end = curve_ends(plan, rows)
+    ways: dict[int, PlanView] = {}
+    cost: dict[int, FloatArray] = {}
+    for k, row in enumerate(rows.tolist()):
+        ways[row] = stack_plan_views(chosen_curves(plan, rows[k : k + 1]), _ways(_pose(begin, k), _pose(end, k)))
+        cost[row] = _cost(ground.own_tarmac(row, ways[row]), ways[row])
+    # Two that turn round the same nose are chosen in turns, the inner one first.
+    drawn: dict[int, PlanView] = {}
+    for _ in range(_ROUNDS):
+        for row in rows[np.lexsort((rows, lanes_apart(begin, end)))].tolist():
+            beside = drawn.get(int(partner[row]))
+            if row in drawn and beside is None:
+                continue
+            meeting = 0.0 if beside is None else _PER_MEETING * _meeting(ways[row], beside)
+            best = int(np.argmin(np.round(cost[row] + meeting, 3)))
+            drawn[row] = chosen_curves(ways[row], np.array([best]))
+    new = stack_plan_views(*(drawn[row] for row in rows.tolist()))
+    plan = replace_curves(plan, rows, new, np.arange(len(rows)))
+    return replace(connecting, plan_view=plan, length=lengths(plan))
 
-    Arms that meet at one node lie on each other there: they have none.
-    """
-    axis = _axis(begin, end)
-    ahead = np.full(len(entry), -np.inf)
-    for arm in (entry, exit_):
-        x, y, _ = outward_pose(ends, arm, np.zeros(len(arm)))
-        ahead = np.maximum(ahead, (x - begin[0]) * np.cos(axis) + (y - begin[1]) * np.sin(axis))
-    return np.where(ends.node[entry] == ends.node[exit_], -np.inf, ahead)
+
+def _pose(poses: Poses, k: int) -> _Pose:
+    x, y, hdg = poses
+    return float(x[k]), float(y[k]), float(hdg[k])
 
 
-def turned_back(
-    begin: Poses,
-    end: Poses,
-    across: FloatArray,
-    least: float | FloatArray = U_TURN_RADIUS,
-    swing: FloatArray | None = None,
-) -> PlanView:
-    """Return curves that go on to where both poses are abreast, turn there, and go back; none where they cannot.
+def _cost(own: FloatArray, ways: PlanView) -> FloatArray:
+    """Return what ways cost without their meeting others; `own` is the tarmac that they alone need, (ways,), m²."""
+    length, radius = lengths(ways), smallest_radius(ways)
+    cost = own + _PER_OWN_BEYOND * np.maximum(own - _OWN, 0.0) + _PER_LENGTH * length
+    cost += _PER_SWING * _swing(ways)
+    cost += _PER_LENGTH_BEYOND * np.maximum(length - _LONGEST, 0.0)
+    return np.asarray(cost + _PER_SHARPNESS * np.maximum(U_TURN_RADIUS - radius, 0.0))
 
-    `across` is how far ahead of the start, m, the way across lies (-inf: there is none), `least` the smallest radius,
-    m, both (n,). With `swing`, (n,), m, they have that radius where they swing out, on both sides.
-    """
+
+def _swing(plan: PlanView) -> FloatArray:
+    """Return how far curves turn forth and back again, (curves,), rad."""
+    turn, owner, n = record_turns(plan), owners(plan.start), len(plan.start) - 1
+    return np.asarray(np.bincount(owner, np.abs(turn), n) - np.abs(np.bincount(owner, turn, n)))
+
+
+def balloons(connecting: ConnectingRoads) -> BoolArray:
+    """Say which roads swing out to turn back, and are longer than nearly all that cars drive, (n,)."""
+    out = np.zeros(len(connecting.length), bool)
+    out[turn_back_rows(connecting)] = True
+    return out & (connecting.length > _BALLOON) & (_swing(connecting.plan_view) > _SWINGS)
+
+
+def needs_own_tarmac(connecting: ConnectingRoads) -> BoolArray:
+    """Say which roads turn back over ground that no other way through their junction paves, (n,)."""
+    rows = turn_back_rows(connecting)
+    out = np.zeros(len(connecting.length), bool)
+    if len(rows):
+        ground = _Ground(connecting, rows)
+        for row in rows.tolist():
+            own = ground.own_tarmac(row, chosen_curves(connecting.plan_view, np.array([row])))
+            out[row] = own[0] > _OWN
+    return out
+
+
+class _Ground:
+    """The squares that the ways through junctions pave, but those that turn back."""
+
+    def __init__(self, connecting: ConnectingRoads, back: IntArray) -> None:
+        self._connecting = connecting
+        there = np.isin(connecting.junction, connecting.junction[back]) & ~connecting.beside_cars()
+        there[back] = False
+        rows = np.flatnonzero(there)
+        length = lengths(connecting.plan_view, rows)
+        count = np.maximum((length / (0.9 * _CELL)).astype(np.int64), 1) + 1
+        of = repeated(count)
+        share = ranks(count) / (count - 1)[of]
+        x, y, hdg = pose(connecting.plan_view, rows[of], share * length[of])
+        width = connecting.entry_width[rows][of] * (1 - share) + connecting.exit_width[rows][of] * share
+        steps = np.linspace(-0.5, 0.5, 1 + int(np.ceil(width.max(initial=1.0) / (0.9 * _CELL))))
+        t = width[:, None] * steps
+        self._cells = sorted_unique(
+            self._keys(
+                np.repeat(connecting.junction[rows][of], len(steps)),
+                (x[:, None] - t * np.sin(hdg)[:, None]).ravel(),
+                (y[:, None] + t * np.cos(hdg)[:, None]).ravel(),
+            )
+        )
+
+    @staticmethod
+    def _keys(junction: IntArray, x: FloatArray, y: FloatArray) -> IntArray:
+        """Return a number for each square of a junction; areas are up to 250 km wide."""
+        column, line = (np.floor(v / _CELL).astype(np.int64) + 2**19 for v in (x, y))
+        return np.asarray((junction << 40) | (column << 20) | line)
+
+    def own_tarmac(self, row: int, ways: PlanView) -> FloatArray:
+        """Return how much ground ways need in the place of a road that nothing else paves, (ways,), m²."""
+        item, n = self._connecting, len(ways.start) - 1
+        length, share = lengths(ways), (np.arange(_ALONG) + 0.5) / _ALONG
+        x, y, hdg = pose(ways, np.repeat(np.arange(n), _ALONG), (length[:, None] * share).ravel())
+        width = np.tile(item.entry_width[row] * (1 - share) + item.exit_width[row] * share, n)
+        t = 0.5 * width[:, None] * _OFFSETS
+        keys = self._keys(
+            np.full(t.size, item.junction[row]),
+            (x[:, None] - t * np.sin(hdg)[:, None]).ravel(),
+            (y[:, None] + t * np.cos(hdg)[:, None]).ravel(),
+        )
+        place = np.minimum(np.searchsorted(self._cells, keys), max(len(self._cells) - 1, 0))
+        paved = self._cells[place] == keys if len(self._cells) else np.zeros(len(keys), bool)
+        bare = (~paved).reshape(n, _ALONG, -1).mean(axis=2) * width.reshape(n, -1)
+        return np.asarray(bare.mean(axis=1) * length)
+
+
+def _meeting(ways: PlanView, other: PlanView) -> FloatArray:
+    """Return what the distance of ways to another curve lacks of a car's width, (ways,), m."""
+    n, length = len(ways.start) - 1, lengths(ways)
+    inner = [np.linspace(_MEET, 1.0 - _MEET, places) for places in (_ALONG, 2 * _ALONG)]
+    x, y, _ = pose(ways, np.repeat(np.arange(n), _ALONG), (length[:, None] * inner[0]).ravel())
+    far = float(lengths(other)[0]) * inner[1]
+    other_x, other_y, _ = pose(other, np.zeros(len(far), np.int64), far)
+    near = np.hypot(x[:, None] - other_x, y[:, None] - other_y).min(axis=1).reshape(n, -1).min(axis=1)
+    return np.asarray(np.maximum(CAR_WIDTH + _MARGIN - near, 0.0))
+
+
+def _ways(begin: _Pose, end: _Pose) -> PlanView:
+    """Return ways that turn back from one pose to another."""
     (x0, y0, h0), (x1, y1, h1) = begin, end
-    axis = _axis(begin, end)
-    stagger = (x1 - x0) * np.cos(axis) + (y1 - y0) * np.sin(axis)
-    apart = lanes_apart(begin, end)
-    abreast = np.maximum(stagger, 0.0)
-    room = np.clip(across - abreast, 0.0, U_TURN_RADIUS_MAX + _FARTHEST)
-    radius = np.minimum(SHARE_OF_HALF * apart / 2, np.maximum(room, least))
-    radius = np.maximum(np.minimum(radius, U_TURN_RADIUS_MAX), least)
-    before = abreast + np.clip(room - radius, 0.0, _FARTHEST)
-    after = before - stagger
-    straight = np.zeros(len(before))
-    begin = (*advance(x0, y0, h0, straight, before)[:2], h0)
-    end = (*advance(x1, y1, h1, straight, -after)[:2], h1)
-    pieces, curvature = np.zeros((len(before), 5)), np.zeros((len(before), 5))
+    # Seen from the start, with the end on the left.
+    cos, sin = np.cos(h0), np.sin(h0)
+    x, y = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
+    side = 1.0 if y > 0 else -1.0
+    back = float(wrapped(np.array(side * (h1 - h0) - np.pi)))
+    swinging = (_swinging(r, x, abs(y), back, side, begin) for r in _RADII)
+    return stack_plan_views(*swinging, _straight_on(x, abs(y), begin, end))
+
+
+def _swinging(r: float, x: float, y: float, back: float, side: float, begin: _Pose) -> PlanView:
+    """Return ways that go straight on, swing out, turn, swing in again, and go straight on to the end.
+
+    The end is ahead of the start by `x` and beside it by `y`, m, with the opposite heading but for `back`, rad; the
+    radius is `r`, m.
+    """
+    cx = max(x, 0.0) + np.arange(0.0, _FARTHEST, _SPACING)
+    # Where the circle of the turn touches the line through the end, and where that through the start.
+    low = y + np.tan(back) * (cx - x) - r / np.cos(back)
+    cx, low = cx[low <= r], low[low <= r]
+    cy = (low[:, None] + (r - low)[:, None] * np.linspace(0.0, 1.0, _ACROSS)).ravel()
+    cx = np.repeat(cx, _ACROSS)
+    ahead, beside = _seen_along(back, cx - x, cy - y)
+    out, into = (np.arccos(np.clip((v + r) / (2 * r), -1.0, 1.0)) for v in (cy, -beside))
+    before, after = cx - 2 * r * np.sin(out), ahead - 2 * r * np.sin(into)
+    turn = np.pi + back + out + into
+    good = (before >= 0.0) & (after >= 0.0) & (out + into < MOST_SWING_BACK / 2)
+    length = np.column_stack([before, r * out, r * turn, r * into, after])[good]
+    curvature = np.tile(side / r * np.array([0.0, -1.0, 1.0, -1.0, 0.0]), (len(length), 1))
+    x0, y0, hdg0 = (np.full(len(length), v) for v in begin)
+    return _without_slivers(curves_of(x0, y0, hdg0, length, curvature))
+
+
+def _seen_along(hdg: float, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return coordinates in a frame with this heading."""
+    return x * np.cos(hdg) + y * np.sin(hdg), y * np.cos(hdg) - x * np.sin(hdg)
+
+
+def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> PlanView:
+    """Return ways that go straight on, turn by the shortest curve, and go straight on to the end."""
+    half = min(max(_SHARE_OF_HALF * y / 2, U_TURN_RADIUS), U_TURN_RADIUS_MAX)
+    radii = [half, *(r for r in _RADII if U_TURN_RADIUS <= r < half)]
+    ahead, radius = np.meshgrid(np.arange(0.0, _FARTHEST, _SPACING), radii)
+    before, radius = (max(x, 0.0) + ahead).ravel(), radius.ravel()
+    n, after = len(before), before - x
+    x0, y0, hdg0 = (np.full(n, v) for v in begin)
+    x1, y1, hdg1 = (np.full(n, v) for v in end)
+    start = (*advance(x0, y0, hdg0, np.zeros(n), before)[:2], hdg0)
+    stop = (*advance(x1, y1, hdg1, np.zeros(n), -after)[:2], hdg1)
+    turn = dubins_without_slivers(*start, *stop, radius=radius, most_swing=MOST_SWING_BACK)
+    pieces, curvature = np.zeros((n, 5)), np.zeros((n, 5))
     pieces[:, 0], pieces[:, 4] = before, after
-    turn = dubins_without_slivers(*begin, *end, radius=radius)
     count = np.diff(turn.start)
     owner = repeated(count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
-    if swing is not None:
-        pieces[:, 1:4], curvature[:, 1:4] = _swing_on_both_sides(begin, end, radius, swing)
-        pieces[~np.isfinite(pieces).all(axis=1)] = 0.0
-        return chain_curves(curves_of(x0, y0, h0, pieces, curvature), np.arange(len(before) + 1))
-    close = np.flatnonzero((SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
-    arcs, bends = _swing_before(_chosen(begin, close), _chosen(end, close), radius[close])
-    driven = np.isfinite(arcs).all(axis=1)
-    pieces[close[driven], 1:4], curvature[close[driven], 1:4] = arcs[driven], bends[driven]
-    pieces[~pieces[:, 1:4].any(axis=1)] = 0.0
-    # A turn that ends in a line goes on in that after it: checkers call two records redundant.
-    plan = curves_of(x0, y0, h0, pieces, curvature)
-    return chain_curves(plan, np.arange(len(before) + 1))
+    found = count > 0
+    return _without_slivers(curves_of(x0[found], y0[found], hdg0[found], pieces[found], curvature[found]))
 
 
-def _chosen(poses: Poses, row: IntArray) -> Poses:
-    x, y, hdg = poses
-    return x[row], y[row], hdg[row]
-
-
-def _side(begin: Poses, end: Poses) -> FloatArray:
-    """Return 1 where the end lies to the left of the start, else -1."""
-    (x0, y0, h0), (x1, y1, _) = begin, end
-    return np.where((y1 - y0) * np.cos(h0) - (x1 - x0) * np.sin(h0) > 0, 1.0, -1.0)
-
-
-def _swing_on_both_sides(
-    begin: Poses, end: Poses, radius: FloatArray, swing: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return lengths and curvatures, (n, 3), of curves that swing out, turn back, and swing in again.
-
-    Lengths are not finite where there is none.
-    """
-    (x0, y0, h0), (x1, y1, h1) = begin, end
-    side, axis = _side(begin, end), _axis(begin, end)
-    # The circle of the turn touches those of both swings, and lies ahead of them.
-    ax, ay = x0 + side * swing * np.sin(h0), y0 - side * swing * np.cos(h0)
-    bx, by = x1 + side * swing * np.sin(h1), y1 - side * swing * np.cos(h1)
-    dx, dy = (bx - ax) / 2, (by - ay) / 2
-    half = np.hypot(dx, dy)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ahead = np.sqrt((radius + swing) ** 2 - half**2) / half
-    ahead *= np.where(dx * np.sin(axis) > dy * np.cos(axis), 1.0, -1.0)
-    x, y = ax + dx - ahead * dy, ay + dy + ahead * dx
-    first, last = (np.arctan2(y - cy, x - cx) - side * np.pi / 2 for cx, cy in ((ax, ay), (bx, by)))
-    out, back = wrapped(side * (h0 - first)), wrapped(side * (last - h1))
-    length = np.column_stack([swing * out, radius * ((side * (last - first)) % (2 * np.pi)), swing * back])
-    length[(out < 0) | (back < 0)] = np.nan
-    return length, np.column_stack([-side / swing, side / radius, -side / swing])
-
-
-def _swing_before(begin: Poses, end: Poses, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return lengths and curvatures, (n, 3), of curves that swing out, turn back, and run straight to their end.
-
-    Lengths are not finite where there is none.
-    """
-    (x0, y0, h0), (x1, y1, h1) = begin, end
-    side = _side(begin, end)
-    # The circle of the turn touches the lane at the end and the circle of the swing, which is about 0. It is about x,
-    # y before it is moved back by the straight piece.
-    x = x1 - x0 - side * radius * (np.sin(h1) + np.sin(h0))
-    y = y1 - y0 + side * radius * (np.cos(h1) + np.cos(h0))
-    along = x * np.cos(h1) + y * np.sin(h1)
-    with np.errstate(invalid="ignore"):
-        straight = along + np.sqrt(along**2 - x**2 - y**2 + 4 * radius**2)
-    bearing = np.arctan2(y - straight * np.sin(h1), x - straight * np.cos(h1))
-    touching = bearing - side * np.pi / 2
-    swing = wrapped(side * (h0 - touching))
-    turn = (side * (h1 - touching)) % (2 * np.pi)
-    length = np.column_stack([radius * swing, radius * turn, straight])
-    length[(swing < 0) | (straight < 0)] = np.nan
-    return length, np.column_stack([-side / radius, side / radius, np.zeros(len(side))])
+def _without_slivers(plan: PlanView) -> PlanView:
+    """Return curves whose lines that go on as lines are one record: checkers call two redundant."""
+    return chain_curves(plan, np.arange(len(plan.start)))

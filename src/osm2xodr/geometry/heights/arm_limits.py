@@ -110,13 +110,15 @@ def _limit_twist(
     bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(ends.half[arm], _SHORTEST_PATH))
     cap = _moment(density, defaults.LEVEL_ARM_PUSH)[j]
     # Arms that come together as one carriageway are level with each other, not only where they end.
-    beside = _step_beside(ends)[arm]
-    bound = np.minimum(bound, beside)
-    cap = np.where(np.isfinite(beside), _moment(density, defaults.FIRM_PUSH)[j], cap)
+    step = _step_beside(ends)[arm]
+    beside = np.isfinite(step)
+    bound = np.minimum(bound, step)
+    cap = np.where(beside, _moment(density, defaults.FIRM_PUSH)[j], cap)
     warped, most = ends.warped[arm], np.repeat(longest_warp(problem), 2)
     both = ends.warped & ends.warped[np.arange(len(ends.warped)) ^ 1]
     own = np.where(both, defaults.WARP_MAX, np.minimum(defaults.WARP_MAX, most))
-    bound, cap = np.where(warped, own[arm], bound), np.where(warped, usual[j], cap)
+    own = np.where(beside, np.minimum(own[arm], defaults.CROSS_SLOPE_MAX), own[arm])
+    bound, cap = np.where(warped, own, bound), np.where(warped & ~beside, usual[j], cap)
     carried = slope != 0.0
     bound = np.where(carried, defaults.CARRIED_CROSS_SLOPE_MAX, bound)
     stiffness = STIFFNESS_RATIO * np.where(carried, _CARRIED_STIFFER, 1.0) * k[j]

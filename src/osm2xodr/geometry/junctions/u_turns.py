@@ -6,7 +6,7 @@ the country, or the user, does not leave out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import attrgetter
@@ -56,13 +56,19 @@ def choose_u_turns(
     ways_out: dict[int, int] = {}
     for item in movements:
         ways_out[item.entry] = ways_out.get(item.entry, 0) + 1
-    apart = _lanes_apart(fitted, ends, layout, [movements[k] for k in found.tolist()], network.rule)
-    unsaid = _unsaid(network, fitted, ends, layout, movements, found, kept)
+    u_turns = [movements[k] for k in found.tolist()]
+    apart = _lanes_apart(fitted, ends, layout, u_turns, network.rule)
+    arms_used = {
+        junction: {end for item in group for end in (item.entry, item.exit)}
+        for junction, group in groupby(movements, key=attrgetter("junction"))
+    }
+    mapped = _mapped(network, fitted, ends, arms_used, u_turns)
+    unsaid = _unsaid(network, ends, layout, arms_used, u_turns, mapped, kept)
     out = list(movements)
     dropped: set[int] = set()
-    for k, distance, is_left_out in zip(found.tolist(), apart, unsaid, strict=True):
+    for k, distance, is_left_out, is_mapped in zip(found.tolist(), apart, unsaid, mapped, strict=True):
         item = movements[k]
-        out[k] = replace(item, u_turn=True)
+        out[k] = replace(item, u_turn=True, optional=kept != "all" and not is_mapped)
         if ways_out[item.entry] == 1:
             continue
         if distance >= defaults.U_TURN_ACROSS_MIN and not is_left_out:
@@ -176,39 +182,45 @@ def _for_cars(lane: EndLane, lanes: Sequence[EndLane]) -> bool:
     return lane.spec.type is LaneType.DRIVING or all(item.spec.type is not LaneType.DRIVING for item in lanes)
 
 
-def _unsaid(
+def _mapped(
     network: StreetNetwork,
     fitted: FittedStreets,
     ends: StreetEnds,
+    arms_used: Mapping[int, set[int]],
+    u_turns: Sequence[Movement],
+) -> BoolArray:
+    """Say which U-turns OSM has: turn lanes say so, or no other road leads to a crossing of the median, (found,)."""
+    out = []
+    for item in u_turns:
+        road = _attributes(network, item.entry).road
+        lanes = _lanes(fitted, item.entry, True, network.rule)
+        only = all(
+            ends.enters[end] != ends.leaves[end] and _attributes(network, end).road == road
+            for end in arms_used[item.junction]
+        )
+        out.append(any("reverse" in lane.spec.turns for lane in lanes) or (only and bool(item.inner)))
+    return np.array(out, bool)
+
+
+def _unsaid(
+    network: StreetNetwork,
+    ends: StreetEnds,
     layout: JunctionLayout,
-    movements: list[Movement],
-    found: IntArray,
+    arms_used: Mapping[int, set[int]],
+    u_turns: Sequence[Movement],
+    mapped: BoolArray,
     kept: str,
 ) -> BoolArray:
-    """Say which U-turns the law or the user leaves out, (found,)."""
-    if kept == "all" or (kept == "law" and find_country(network.country).u_turns_at_signals):
-        return np.zeros(len(found), bool)
+    """Say which U-turns the law or the user leaves out, (found,); `mapped` are those that OSM has."""
     if kept == "none":
-        return np.ones(len(found), bool)
-    signs = read_signs(network) if kept == "law" else None
-    arms_used = {
-        junction: {end for item in group for end in (item.entry, item.exit)}
-        for junction, group in groupby(movements, key=attrgetter("junction"))
-    }
-    out = []
-    for item in (movements[k] for k in found.tolist()):
-        lanes = _lanes(fitted, item.entry, True, network.rule)
-        mapped = any("reverse" in lane.spec.turns for lane in lanes)
-        if signs is None:
-            # A crossing of the median that no other road leads to is there to turn back.
-            road = _attributes(network, item.entry).road
-            mapped |= all(
-                ends.enters[end] != ends.leaves[end] and _attributes(network, end).road == road
-                for end in arms_used[item.junction]
-            ) and bool(item.inner)
-            out.append(not mapped)
-        else:
-            nodes = [network.intersections[node].osm_node_id for node in layout.nodes[item.junction]]
-            entries = [end for end in arms_used[item.junction] if ends.enters[end]]
-            out.append(not mapped and signs.signalled(nodes, sorted(entries)))
-    return np.array(out, bool)
+        return np.ones(len(u_turns), bool)
+    if kept == "mapped":
+        return ~mapped
+    if kept == "all" or find_country(network.country).u_turns_at_signals:
+        return np.zeros(len(u_turns), bool)
+    signs, out = read_signs(network), []
+    for item in u_turns:
+        nodes = [network.intersections[node].osm_node_id for node in layout.nodes[item.junction]]
+        entries = [end for end in arms_used[item.junction] if ends.enters[end]]
+        out.append(signs.signalled(nodes, sorted(entries)))
+    return np.array(out, bool) & ~mapped
