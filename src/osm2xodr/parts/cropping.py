@@ -189,7 +189,7 @@ def _cut_plan_view(element: Element, file: OpenDrive, stretch: Stretch) -> None:
             continue
         first, last = max(low, stretch.begin), min(high, stretch.end)
         if first > low + AT_ONE:
-            at = pose(file, np.array([stretch.road]), np.array([first]))
+            at = pose(file, np.array([stretch.road]), np.array([first], np.float64))
             for name, values in zip(("x", "y", "hdg"), at, strict=True):
                 put(item, name, float(values[0]))
         spiral = item.find("spiral")
