@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from scene_cases import STREET, crossing
 from xodr_text import document, read_text, road
 
+from osm2xodr.exporting.scene import overlaps
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 
@@ -77,3 +79,10 @@ def test_lone_roads_keep_their_stations(tmp_path: Path) -> None:
     assert set(np.round(surface.vertices[:, 0], 9).tolist()) == {10.0 * k for k in range(11)}
     np.testing.assert_allclose(surface.uv[:, 0], surface.vertices[:, 0], atol=1e-9)
     np.testing.assert_allclose(surface.uv[:, 1], surface.vertices[:, 1], atol=1e-9)
+
+
+def test_common_slivers_thinner_than_the_grid_have_no_cells() -> None:
+    one, other = (shapely.box(0.0, 0.0, width, 1.0) for width in (0.1 * overlaps.GRID, 1.0))
+    assert list(overlaps._areas(np.array([one]), np.array([0]), [0])) == []
+    ((cells, kind),) = overlaps._areas(np.array([other]), np.array([0]), [0])
+    assert (float(shapely.area(cells).sum()), kind) == (1.0, 0)

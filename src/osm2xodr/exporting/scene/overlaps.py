@@ -112,6 +112,9 @@ def _areas(shapes: FloatArray, kind: IntArray, order: Sequence[int]) -> Iterator
     shown = _shown([whole[k] for k in here])
     lines = [shapely.boundary(area) for area in shown]
     total = shapely.union_all(shown, grid_size=GRID)
+    if shapely.is_empty(total):
+        # Slivers thinner than the grid.
+        return
     lines.append(_squares(total))
     noded = shapely.union_all(lines, grid_size=GRID)
     cells = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
