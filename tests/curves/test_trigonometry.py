@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from osm2xodr.curves import arctan2, cos, hypot, sin
+from osm2xodr.curves import arctan2, cosine, hypot, sine
 from osm2xodr.model import FloatArray
 
 RNG = np.random.default_rng(8)
@@ -27,8 +27,8 @@ def units_off(found: FloatArray, expected: list[float]) -> float:
 
 
 def test_sines_and_cosines_are_those_of_the_c_library_but_for_the_last_digit() -> None:
-    assert units_off(sin(ANGLES), [math.sin(angle) for angle in ANGLES.tolist()]) <= 1.0
-    assert units_off(cos(ANGLES), [math.cos(angle) for angle in ANGLES.tolist()]) <= 1.0
+    assert units_off(sine(ANGLES), [math.sin(angle) for angle in ANGLES.tolist()]) <= 1.0
+    assert units_off(cosine(ANGLES), [math.cos(angle) for angle in ANGLES.tolist()]) <= 1.0
 
 
 def test_arctangents_are_those_of_the_c_library_but_for_the_last_digits() -> None:
@@ -38,23 +38,23 @@ def test_arctangents_are_those_of_the_c_library_but_for_the_last_digits() -> Non
 
 
 def test_axes() -> None:
-    assert sin([0.0, -0.5 * np.pi]).tolist() == [0.0, -1.0]
-    assert cos([0.0, np.pi]).tolist() == [1.0, -1.0]
+    assert sine([0.0, -0.5 * np.pi]).tolist() == [0.0, -1.0]
+    assert cosine([0.0, np.pi]).tolist() == [1.0, -1.0]
     y, x = np.array([0.0, 1.0, 0.0, -1.0, 0.0, 1.0]), np.array([1.0, 0.0, -1.0, 0.0, 0.0, -1.0])
     assert (arctan2(y, x) / np.pi).tolist() == [0.0, 0.5, 1.0, -0.5, 0.0, 0.75]
     assert arctan2(-0.0, -1.0) == np.pi
 
 
 def test_what_is_no_angle_has_none() -> None:
-    assert np.isnan(sin([np.inf, -np.inf, np.nan])).all()
-    assert np.isnan(cos([np.inf, np.nan])).all()
-    assert sin(1e9) == pytest.approx(math.sin(1e9), abs=1e-6)
+    assert np.isnan(sine([np.inf, -np.inf, np.nan])).all()
+    assert np.isnan(cosine([np.inf, np.nan])).all()
+    assert sine(1e9) == pytest.approx(math.sin(1e9), abs=1e-6)
 
 
 def test_the_bits_are_the_same_everywhere() -> None:
     angles = np.array([0.1, 2.5, -1.2, 4.0, 1234.5])
     bits = [
-        float(value).hex() for value in [*sin(angles), *cos(angles), *arctan2(angles, 1.0), hypot(angles[0], 0.3)]
+        float(value).hex() for value in [*sine(angles), *cosine(angles), *arctan2(angles, 1.0), hypot(angles[0], 0.3)]
     ]
     assert bits == [
         "0x1.98eaecb8bcb2cp-4",
@@ -77,6 +77,6 @@ def test_the_bits_are_the_same_everywhere() -> None:
 
 
 def test_shapes_are_kept() -> None:
-    assert sin(np.zeros((2, 3))).shape == cos(np.zeros((2, 3))).shape == (2, 3)
+    assert sine(np.zeros((2, 3))).shape == cosine(np.zeros((2, 3))).shape == (2, 3)
     assert arctan2(np.ones((2, 1)), np.ones(3)).shape == (2, 3)
     assert hypot([3.0, 6.0], [4.0, 8.0]).tolist() == [5.0, 10.0]

@@ -13,7 +13,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import defaults
-from osm2xodr.curves import starts
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    sine,
+    starts,
+)
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
 
@@ -115,7 +120,7 @@ def places_on_streets(streets: Sequence[Street], nodes: Iterable[int]) -> list[t
 
 def _distances(street: Street, place: int) -> tuple[float, float]:
     """Return the distances of a node from the street's start and end along it, m."""
-    step = np.hypot(*np.diff(street.points, axis=0).T)
+    step = hypot(*np.diff(street.points, axis=0).T)
     return float(step[:place].sum()), float(step[place:].sum())
 
 
@@ -148,8 +153,8 @@ def _faced(street: Street, place: int, azimuth_deg: float | None) -> int | None:
         return None
     step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
     angle = np.deg2rad(azimuth_deg)
-    against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
-    return None if abs(against) < _ACROSS_SINE * float(np.hypot(*step)) else int(against < 0.0)
+    against = float(step[0] * sine(angle) + step[1] * cosine(angle))
+    return None if abs(against) < _ACROSS_SINE * float(hypot(*step)) else int(against < 0.0)
 
 
 def meant_ends(street: Street, place: int, facing: Facing) -> tuple[int, ...]:

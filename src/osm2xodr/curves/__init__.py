@@ -68,7 +68,16 @@ from osm2xodr.curves.ragged import (
 from osm2xodr.curves.records import find_record, pose, project
 from osm2xodr.curves.spirals import advance, arc_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
-from osm2xodr.curves.trigonometry import arctan2, cos, hypot, sin
+from osm2xodr.curves.trigonometry import (
+    arccosine,
+    arcsine,
+    arctan2,
+    cosine,
+    hypot,
+    sine,
+    sine_cosine,
+    slope_of,
+)
 
 __all__ = [
     "CLEARANCE_STEP",
@@ -81,6 +90,8 @@ __all__ = [
     "Table",
     "advance",
     "arc_step",
+    "arccosine",
+    "arcsine",
     "arctan2",
     "area_at",
     "area_bounds",
@@ -88,7 +99,7 @@ __all__ = [
     "chain_curves",
     "chosen_curves",
     "close_places",
-    "cos",
+    "cosine",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
@@ -132,7 +143,9 @@ __all__ = [
     "sample_curves",
     "segments_cross",
     "sharpest_curvature",
-    "sin",
+    "sine",
+    "sine_cosine",
+    "slope_of",
     "smallest_radius",
     "smooth_cubic",
     "smooth_step",

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.ragged import unique_inverse
+from osm2xodr.curves.trigonometry import sine
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Length of the pieces that carriageways are to be cut into, m.
@@ -213,7 +214,7 @@ def _worst(pieces: _Pieces, kin: _Kin, length: FloatArray, pairs: _Overlaps) -> 
     by_depth = order[np.lexsort((-pairs.depth[order], group))]
     first = np.flatnonzero(np.diff(np.sort(group), prepend=-1))
     low, deep = by_height[first], by_depth[first]
-    across = np.abs(np.sin(pieces.hdg[pairs.i[deep]] - pieces.hdg[pairs.j[deep]])) > _ACROSS
+    across = np.abs(sine(pieces.hdg[pairs.i[deep]] - pieces.hdg[pairs.j[deep]])) > _ACROSS
 
     def from_end(piece: IntArray) -> FloatArray:
         road, s = pieces.road[piece], pieces.s[piece]

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from osm2xodr import defaults
 from osm2xodr.curves.plan_views import SHORTEST_PIECE, curves_of, replace_curves, wrapped
 from osm2xodr.curves.ragged import owners, sorted_unique
+from osm2xodr.curves.trigonometry import arccosine, arcsine, arctan2, cosine, hypot, sine
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of all but a full turn is a rounding error of no arc at all, rad.
@@ -95,8 +96,8 @@ def _candidates(p0: _Points, p1: _Points, hdg0: FloatArray, hdg1: FloatArray) ->
     """Yield the curves of all kinds between poses, in radii."""
     for first in (1.0, -1.0):
         for last in (1.0, -1.0):
-            c0 = p0 + first * 1j * np.exp(1j * hdg0)
-            c1 = p1 + last * 1j * np.exp(1j * hdg1)
+            c0 = p0 + first * 1j * _unit(hdg0)
+            c1 = p1 + last * 1j * _unit(hdg1)
             yield _arc_line_arc(c0, c1, hdg0, hdg1, first, last)
             if first == last:
                 for side in (1.0, -1.0):
@@ -107,11 +108,11 @@ def _arc_line_arc(
     c0: _Points, c1: _Points, hdg0: FloatArray, hdg1: FloatArray, first: float, last: float
 ) -> _Candidate:
     """Join circles about c0 and c1 of unit radius, (n,), by their common tangent."""
-    apart, bearing = np.abs(c1 - c0), np.angle(c1 - c0)
+    apart, bearing = _size(c1 - c0), _angle(c1 - c0)
     cross = first != last
     possible = apart >= 2.0 if cross else apart >= 0.0
     line = np.sqrt(np.maximum(apart**2 - 4.0, 0.0)) if cross else apart
-    lean = first * np.arcsin(np.clip(2.0 / np.maximum(apart, 1e-12), 0.0, 1.0)) if cross else 0.0
+    lean = first * arcsine(np.clip(2.0 / np.maximum(apart, 1e-12), 0.0, 1.0)) if cross else 0.0
     hdg = bearing + lean
     pieces = np.stack([_turn(first * (hdg - hdg0)), line, _turn(last * (hdg1 - hdg))], axis=1)
     return possible, pieces, (first, 0.0, last)
@@ -121,13 +122,28 @@ def _three_arcs(
     c0: _Points, c1: _Points, hdg0: FloatArray, hdg1: FloatArray, sense: float, side: float
 ) -> _Candidate:
     """Join circles about c0 and c1 of unit radius, (n,), by a third one on either side that touches both."""
-    apart, bearing = np.abs(c1 - c0), np.angle(c1 - c0)
-    out = bearing + side * np.arccos(np.clip(apart / 4.0, 0.0, 1.0))
-    middle = c0 + 2.0 * np.exp(1j * out)
+    apart, bearing = _size(c1 - c0), _angle(c1 - c0)
+    out = bearing + side * arccosine(np.clip(apart / 4.0, 0.0, 1.0))
+    middle = c0 + 2.0 * _unit(out)
     hdg_a = out + sense * np.pi / 2
-    hdg_b = np.angle(c1 - middle) - sense * np.pi / 2
+    hdg_b = _angle(c1 - middle) - sense * np.pi / 2
     pieces = [_turn(sense * (hdg_a - hdg0)), _turn(sense * (hdg_a - hdg_b)), _turn(sense * (hdg1 - hdg_b))]
     return apart <= 4.0, np.stack(pieces, axis=1), (sense, -sense, sense)
+
+
+def _unit(hdg: FloatArray) -> _Points:
+    """Return the vectors of length 1 in some directions."""
+    return np.asarray(cosine(hdg) + 1j * sine(hdg))
+
+
+def _size(vector: _Points) -> FloatArray:
+    """Return the lengths of vectors."""
+    return hypot(vector.real, vector.imag)
+
+
+def _angle(vector: _Points) -> FloatArray:
+    """Return the directions of vectors, rad."""
+    return arctan2(vector.imag, vector.real)
 
 
 def _turn(angle: FloatArray) -> FloatArray:

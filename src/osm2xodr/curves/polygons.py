@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves.trigonometry import hypot
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Outline, Partition
 
 # Pairs of a point and an edge that are compared at a time: some 8 MB a table.
@@ -42,7 +43,7 @@ def distance_to_outline(outline: Outline, x: FloatArray, y: FloatArray, reach: f
         part = near[first : first + step]
         px, py = x[part, None], y[part, None]
         share = np.clip(((px - x0) * dx + (py - y0) * dy) / square, 0.0, 1.0)
-        out[part] = np.hypot(px - x0 - share * dx, py - y0 - share * dy).min(axis=1)
+        out[part] = hypot(px - x0 - share * dx, py - y0 - share * dy).min(axis=1)
     out[near[inside_outline(outline, x[near], y[near])]] = 0.0
     return out
 

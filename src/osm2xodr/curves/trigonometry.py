@@ -134,7 +134,7 @@ def arctangents(y: FloatArray, x: FloatArray, out: FloatArray) -> None:
         out[k] = arctangent(float(y[k]), float(x[k]))
 
 
-def sin(x: npt.ArrayLike) -> FloatArray:
+def sine(x: npt.ArrayLike) -> FloatArray:
     """Return the sines of angles of any shape, rad."""
     given = np.asarray(x, np.float64)
     out = np.empty(given.shape)
@@ -142,7 +142,7 @@ def sin(x: npt.ArrayLike) -> FloatArray:
     return out
 
 
-def cos(x: npt.ArrayLike) -> FloatArray:
+def cosine(x: npt.ArrayLike) -> FloatArray:
     """Return the cosines of angles of any shape, rad."""
     given = np.asarray(x, np.float64)
     out = np.empty(given.shape)
@@ -156,6 +156,23 @@ def arctan2(y: npt.ArrayLike, x: npt.ArrayLike) -> FloatArray:
     out = np.empty(one.shape)
     arctangents(one.ravel(), other.ravel(), out.reshape(-1))
     return out
+
+
+def slope_of(x: npt.ArrayLike) -> FloatArray:
+    """Return the slopes of angles of any shape, rad: their tangents."""
+    return np.asarray(sine(x) / cosine(x))
+
+
+def arcsine(x: npt.ArrayLike) -> FloatArray:
+    """Return the angles whose sines are given, any shape, from -pi / 2 to pi / 2, rad."""
+    given = np.asarray(x, np.float64)
+    return arctan2(given, np.sqrt((1.0 - given) * (1.0 + given)))
+
+
+def arccosine(x: npt.ArrayLike) -> FloatArray:
+    """Return the angles whose cosines are given, any shape, from 0 to pi, rad."""
+    given = np.asarray(x, np.float64)
+    return arctan2(np.sqrt((1.0 - given) * (1.0 + given)), given)
 
 
 def hypot(x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:

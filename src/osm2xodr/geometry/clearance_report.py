@@ -16,14 +16,17 @@ from osm2xodr.curves import (
     Stations,
     Table,
     close_places,
+    cosine,
     cubic_value,
     find_record,
+    hypot,
     join_tables,
     lengths,
     pose,
     profile_of,
     ranks,
     segments_cross,
+    sine,
     starts,
 )
 from osm2xodr.defaults import CLEARANCE_LEAST
@@ -94,7 +97,7 @@ class WayLines:
         apart[segments_cross(p[:, None], q[:, None], r[None], s[None])] = 0.0
         crossing = np.argwhere((apart < _TOUCH) & ~shared)
         nodes = np.intersect1d(a.node, b.node)
-        away = np.hypot(*(a.xy - place).T).T
+        away = hypot(*(a.xy - place).T).T
         away[~np.isin(a.node, nodes)] = np.inf
         nearest = np.unravel_index(int(away.argmin()), away.shape)
         return LinesInOsm(
@@ -122,7 +125,7 @@ def _to_segments(points: FloatArray, segments: FloatArray) -> FloatArray:
     begin, along = segments[:, 0], segments[:, 1] - segments[:, 0]
     off = points[:, None] - begin
     share = np.clip((off * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-12), 0.0, 1.0)
-    out: FloatArray = np.hypot(*np.moveaxis(off - share[..., None] * along, 2, 0))
+    out: FloatArray = hypot(*np.moveaxis(off - share[..., None] * along, 2, 0))
     return out
 
 
@@ -268,8 +271,8 @@ def _stations(road_map: RoadMap) -> Iterator[Stations]:
         edges = []
         for border in borders:
             t = offset + border.t(section, s - begin[section])
-            across = t * np.cos(bank)
-            edges.append(np.column_stack([x - np.sin(hdg) * across, y + np.cos(hdg) * across, z + t * np.sin(bank)]))
+            across = t * cosine(bank)
+            edges.append(np.column_stack([x - sine(hdg) * across, y + cosine(hdg) * across, z + t * sine(bank)]))
         yield Stations(road, s, hdg, *edges)
 
 

@@ -17,7 +17,18 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.conventions import MarkStyle
-from osm2xodr.curves import Table, heading_change, lengths, pose, ranks, repeated, sorted_unique
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    heading_change,
+    hypot,
+    lengths,
+    pose,
+    ranks,
+    repeated,
+    sine,
+    sorted_unique,
+)
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads, Priorities
 from osm2xodr.geometry.junctions import RoadParts
@@ -211,10 +222,10 @@ class _EdgePlaces(NamedTuple):
     @staticmethod
     def of(own: _Places, side: int) -> _EdgePlaces:
         """Return the places on the left (1) or right (-1) edges."""
-        outwards = float(side) * np.column_stack([-np.sin(own.hdg), np.cos(own.hdg)])
+        outwards = float(side) * np.column_stack([-sine(own.hdg), cosine(own.hdg)])
         xy = own.xy + own.half[:, None] * outwards
         first, last = np.searchsorted(own.row, own.row), np.searchsorted(own.row, own.row, "right") - 1
-        from_ends = np.minimum(np.hypot(*(xy - xy[first]).T), np.hypot(*(xy - xy[last]).T))
+        from_ends = np.minimum(hypot(*(xy - xy[first]).T), hypot(*(xy - xy[last]).T))
         return _EdgePlaces(own.row, xy, outwards, from_ends > _ENDS)
 
 
@@ -234,8 +245,8 @@ def _lanes_near(
     together = np.flatnonzero(junction[edges.row[at]] == junction[places.row[by]])
     at, other = at[together], places.chosen(by[together])
     step = edges.xy[at] - other.xy
-    along = step[:, 0] * np.cos(other.hdg) + step[:, 1] * np.sin(other.hdg)
-    across = np.abs(step[:, 1] * np.cos(other.hdg) - step[:, 0] * np.sin(other.hdg)) - other.half
+    along = step[:, 0] * cosine(other.hdg) + step[:, 1] * sine(other.hdg)
+    across = np.abs(step[:, 1] * cosine(other.hdg) - step[:, 0] * sine(other.hdg)) - other.half
     on = np.flatnonzero((np.abs(along) <= _SPACING) & (across < _INSIDE))
     return at[on], across[on], (step[on] * edges.outwards[at[on]]).sum(axis=1) < 0.0
 

@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     RaggedTable,
     Table,
     chosen_curves,
+    cosine,
     cubic_slope,
     cubic_value,
     find_record,
@@ -27,6 +28,8 @@ from osm2xodr.curves import (
     pose,
     profile_of,
     replace_curves,
+    sine,
+    slope_of,
     smallest_radius,
     smooth_step,
     starts,
@@ -145,7 +148,7 @@ def find_crossfall_lines(
     leaving, arriving = hdg + np.where(at_start, np.pi, 0.0), hdg + np.where(at_start, 0.0, np.pi)
     line = connect(x[entry], y[entry], leaving[entry], x[exit_], y[exit_], arriving[exit_])
     middle, wider = _lanes_beside(lane, line)
-    askew = (wider.value * np.cos(_MOST_ASKEW) > 1.0) | (wider.value < 1.0)
+    askew = (wider.value * cosine(_MOST_ASKEW) > 1.0) | (wider.value < 1.0)
     half = 0.5 * np.maximum(connecting.entry_width, connecting.exit_width)[row][middle.curve]
     bend = np.stack([_curvature(line, middle.curve, middle.s, before) for before in (True, False)])
     folds = (bend * middle.value + np.abs(bend) * half > _MOST_FOLDED).any(axis=0)
@@ -204,11 +207,11 @@ def _lanes_beside(lane: PlanView, line: PlanView) -> tuple[Kinked, Kinked]:
     x, y, hdg = pose(line, curve, at)
     u = _cut_by_normals(lane, curve, x, y, hdg, at / lengths(line)[curve])
     px, py, lane_hdg = pose(lane, curve, u)
-    left = (py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)
+    left = (py - y) * cosine(hdg) - (px - x) * sine(hdg)
     askew = wrapped(lane_hdg - hdg)
     start = np.searchsorted(curve, np.arange(len(every) + 1)).astype(np.int64)
     askew[start[:-1]] = askew[start[1:] - 1] = 0.0
-    tan, wider = np.tan(askew), 1.0 / np.cos(askew)
+    tan, wider = slope_of(askew), 1.0 / cosine(askew)
     slopes, changes = [], []
     for before in (True, False):
         here, there = _curvature(line, curve, at, before), _curvature(lane, curve, u, before)
@@ -245,8 +248,8 @@ def _abreast(line: PlanView, curve: IntArray, x: FloatArray, y: FloatArray, shar
     s = share * length
     for _ in range(_ROUNDS):
         lx, ly, hdg = pose(line, curve, s)
-        along = (x - lx) * np.cos(hdg) + (y - ly) * np.sin(hdg)
-        left = (y - ly) * np.cos(hdg) - (x - lx) * np.sin(hdg)
+        along = (x - lx) * cosine(hdg) + (y - ly) * sine(hdg)
+        left = (y - ly) * cosine(hdg) - (x - lx) * sine(hdg)
         s = np.clip(s + along / np.maximum(1.0 - _curvature(line, curve, s) * left, _LEAST_SHARE), 0.0, length)
     return s
 
@@ -259,8 +262,8 @@ def _cut_by_normals(
     s = share * length
     for _ in range(_ROUNDS):
         px, py, phdg = pose(lane, curve, s)
-        along = (px - x) * np.cos(hdg) + (py - y) * np.sin(hdg)
-        s = np.clip(s - along / np.maximum(np.cos(phdg - hdg), _LEAST_SHARE), 0.0, length)
+        along = (px - x) * cosine(hdg) + (py - y) * sine(hdg)
+        s = np.clip(s - along / np.maximum(cosine(phdg - hdg), _LEAST_SHARE), 0.0, length)
     return s
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import heading_change, lengths, smallest_radius, sorted_unique, unique_counts, wrapped
+from osm2xodr.curves import heading_change, lengths, slope_of, smallest_radius, sorted_unique, unique_counts, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, Poses, Turns, connect, tangents
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
@@ -73,7 +73,7 @@ def _lacking(
     angle = np.abs(wrapped(end[2] - start[2]))
     arc = sharp & (before > 0) & (after > 0) & (angle > _LEAST_TURN)
     # Neither arm gives what is of no use without the other.
-    wanted = np.minimum(radius * np.tan(angle / 2), np.minimum(before + room_in, after + room_out))
+    wanted = np.minimum(radius * slope_of(angle / 2), np.minimum(before + room_in, after + room_out))
     # The radius of a shift to the side grows with the square of its length.
     longer = lengths(curves) * (np.sqrt(np.maximum(radius / now, 1.0)) - 1.0)
     return (

@@ -8,7 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, starts
+from osm2xodr.curves import (
+    hypot,
+    lengths,
+    pose,
+    starts,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
@@ -300,6 +305,6 @@ def _nearest(plan_view: PlanView, road: int, length: float, x: float, y: float) 
     """Return where a road of a length is nearest to a place, and how near, m."""
     s = np.linspace(0.0, length, int(np.ceil(length / _STEP)) + 1)
     px, py, _ = pose(plan_view, np.full(len(s), road), s)
-    distance = np.hypot(px - x, py - y)
+    distance = hypot(px - x, py - y)
     k = int(np.argmin(distance))
     return float(s[k]), float(distance[k])

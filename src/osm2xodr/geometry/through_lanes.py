@@ -18,7 +18,14 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import curve_ends, pose, unique_rows, wrapped
+from osm2xodr.curves import (
+    cosine,
+    curve_ends,
+    pose,
+    sine,
+    unique_rows,
+    wrapped,
+)
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -111,7 +118,7 @@ def _straight_on(connecting: ConnectingRoads, parts: RoadParts) -> tuple[IntArra
     (x0, y0, hdg0), (x1, y1, hdg1) = curve_ends(plan)
     turn = wrapped(hdg1 - hdg0)
     hdg = hdg0 + turn / 2
-    off = (y1 - y0) * np.cos(hdg) - (x1 - x0) * np.sin(hdg)
+    off = (y1 - y0) * cosine(hdg) - (x1 - x0) * sine(hdg)
     straight = (
         (np.abs(turn) <= defaults.IN_LINE_BEND)
         & (np.abs(off) <= defaults.IN_LINE_FARTHEST)
@@ -196,14 +203,14 @@ def shares_with_room(parts: RoadParts, numbers: Mapping[int, Sequence[int]], shi
     reach = 2 * float(edge.max()) + defaults.PARALLEL_SPACING
     near = [np.array(places, np.int64) for places in cKDTree(xy).query_ball_point(xy[moved], reach)]
     a, b = np.repeat(moved, [len(places) for places in near]), np.concatenate(near)
-    (dx, dy), cos, sin = (xy[b] - xy[a]).T, np.cos(hdg[a]), np.sin(hdg[a])
+    (dx, dy), cos, sin = (xy[b] - xy[a]).T, cosine(hdg[a]), sine(hdg[a])
     along, across, turn = dx * cos + dy * sin, dy * cos - dx * sin, hdg[b] - hdg[a]
-    abreast = (np.abs(along) <= 0.5 * defaults.PARALLEL_SPACING) & (np.abs(np.sin(turn)) < defaults.PARALLEL_SINE)
+    abreast = (np.abs(along) <= 0.5 * defaults.PARALLEL_SPACING) & (np.abs(sine(turn)) < defaults.PARALLEL_SINE)
     side, sign = (across < 0).astype(np.int64), np.sign(across)
     gap = np.where(motorway[a] & motorway[b], defaults.LEAST_MEDIAN, defaults.PARALLEL_GAP)
     room = np.abs(across) - edge[a, side] - edge[b, side] - gap
     own, other = np.maximum(sign * aside[a], 0.0), np.maximum(sign * aside[b], 0.0)
-    tight = np.flatnonzero(abreast & (np.cos(turn) < 0) & (own > 0) & (own + other > room))
+    tight = np.flatnonzero(abreast & (cosine(turn) < 0) & (own > 0) & (own + other > room))
     np.minimum.at(share, part[a[tight]], np.maximum(room[tight], 0.0) / (own + other)[tight])
     return share
 

@@ -12,7 +12,14 @@ import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.conventions import find_country
-from osm2xodr.curves import runs, sorted_unique
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    hypot,
+    runs,
+    sine,
+    sorted_unique,
+)
 from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
@@ -247,7 +254,7 @@ def _local(
     lon = (west + east) / 2.0
     frame = given or projection.make_frame((south + north) / 2.0, lon - 360.0 if lon > 180.0 else lon)
     x, y = projection.to_local(frame, nodes.lon_deg, nodes.lat_deg)
-    reach = float(np.hypot(x[carried], y[carried]).max())
+    reach = float(hypot(x[carried], y[carried]).max())
     if not np.isfinite(reach):
         raise InputError(
             f"{path} reaches to the other side of the Earth from the origin at {frame.lat_0_deg:g}, "
@@ -263,8 +270,8 @@ def _farthest(nodes: RawNodes, chosen: IntArray) -> int:
     """Return the index of the node that lies farthest in longitude from where most nodes are."""
     lon = np.radians(nodes.lon_deg[chosen])
     # The middle of most nodes, on either side of the 180th meridian.
-    middle = np.arctan2(np.median(np.sin(lon)), np.median(np.cos(lon)))
-    return int(chosen[np.argmin(np.cos(lon - middle))])
+    middle = arctan2(np.median(sine(lon)), np.median(cosine(lon)))
+    return int(chosen[np.argmin(cosine(lon - middle))])
 
 
 def _country_and_rule(

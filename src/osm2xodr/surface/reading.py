@@ -9,7 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import (
+    hypot,
+    ranks,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.model import FloatArray, LocalFrame, Street
@@ -52,7 +55,7 @@ def points_along(streets: Sequence[Street], step: float = _POINT_STEP) -> tuple[
     counts = np.array([len(street.points) for street in streets])
     first = np.concatenate([[0], np.cumsum(counts)])
     # All streets are put end to end on one line, with gaps between them, and interpolated at once.
-    pieces = np.hypot(*np.diff(points, axis=0).T)
+    pieces = hypot(*np.diff(points, axis=0).T)
     pieces[first[1:-1] - 1] = 1.0
     along = np.concatenate([[0.0], np.cumsum(pieces)])
     start, end = along[first[:-1]], along[first[1:] - 1]

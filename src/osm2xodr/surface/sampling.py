@@ -14,7 +14,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import smooth_step
+from osm2xodr.curves import (
+    hypot,
+    smooth_step,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids import (
     Cells,
@@ -90,7 +93,7 @@ class Trend:
         near_x, near_y = np.clip(x, west, east), np.clip(y, south, north)
         z = self.polynomial.heights(near_x, near_y)
         dx, dy = x - near_x, y - near_y
-        away = np.hypot(dx, dy) / self.fade
+        away = hypot(dx, dy) / self.fade
         share = np.where(away > 0.0, -np.expm1(-away) / np.where(away > 0.0, away, 1.0), 1.0)
         z = z + share * (self.slope[0] * dx + self.slope[1] * dy)
         return np.clip(z, self.lowest, self.highest)
@@ -170,7 +173,7 @@ class LayeredSurface:
         source = np.where(measured, index, -1)
         outside = (col != edge_col) | (row != edge_row)
         if outside.any():
-            away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
+            away = hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
             low, low_source = self._compose(index + 1, x[outside], y[outside])
             at_edge = self._compose(index + 1, *item.layer.frame.positions(edge_col[outside], edge_row[outside]))[0]
             # From 1 at the footprint to 0 at the ramp's end, level at both (smoothstep).

@@ -6,7 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project
+from osm2xodr.curves import (
+    cosine,
+    pose,
+    project,
+    sine,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.objects.crosswalks import ISLAND_HEIGHT
 from osm2xodr.model import RoadMap, RoadObject
@@ -24,12 +29,12 @@ def island_objects(road_map: RoadMap, diagnostics: Diagnostics) -> list[RoadObje
     x, y = np.array([item.corners.mean(axis=0) for item in islands]).T
     s, t, _ = project(road_map.plan_view, road, x, y)
     at_x, at_y, hdg = pose(road_map.plan_view, road, s)
-    x, y = at_x - t * np.sin(hdg), at_y + t * np.cos(hdg)
+    x, y = at_x - t * sine(hdg), at_y + t * cosine(hdg)
     nodes = {item.id: item.osm_node_ids[0] for item in road_map.junctions}
     made: list[RoadObject] = []
     for k, item in enumerate(islands):
         dx, dy = (item.corners - (x[k], y[k])).T
-        u, v = dx * np.cos(hdg[k]) + dy * np.sin(hdg[k]), dy * np.cos(hdg[k]) - dx * np.sin(hdg[k])
+        u, v = dx * cosine(hdg[k]) + dy * sine(hdg[k]), dy * cosine(hdg[k]) - dx * sine(hdg[k])
         corners = zip(u.round(_DECIMALS).tolist(), v.round(_DECIMALS).tolist(), strict=True)
         made.append(
             RoadObject(

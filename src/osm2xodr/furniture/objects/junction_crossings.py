@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import heading_change, lengths, places_along, pose, wrapped
+from osm2xodr.curves import arccosine, cosine, heading_change, lengths, places_along, pose, sine, slope_of, wrapped
 from osm2xodr.furniture.world import World
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneType
 
@@ -130,7 +130,7 @@ class JunctionPaths:
         found = self._of_junction.get(junction)
         if found is None or not len(found.s):
             return 0.0
-        rows = np.flatnonzero(found.through & (np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE))
+        rows = np.flatnonzero(found.through & (np.abs(cosine(found.hdg - course.hdg)) < _ACROSS_COSINE))
         if not len(rows):
             return 0.0
         ahead, lateral = _in_frame(found, rows, course.x, course.y, course.hdg)
@@ -147,7 +147,7 @@ class JunctionPaths:
         ahead, lateral = _in_frame(found, slice(None), course.x, course.y, course.across - 0.5 * np.pi)
         # Where the reference lines of connecting roads cross the line
         meets = (found.curve[1:] == found.curve[:-1]) & ((ahead[1:] >= 0.0) != (ahead[:-1] >= 0.0))
-        meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
+        meets &= (np.abs(cosine(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
             (np.abs(found.turn[1:]) < _BACK_TURN) | found.on_arm[1:]
         )
         row = np.flatnonzero(meets)
@@ -159,7 +159,7 @@ class JunctionPaths:
         hdg = found.hdg[row] + share * wrapped(found.hdg[row + 1] - found.hdg[row])
         curve = found.curve[row]
         # Metres of the line for each metre of t of the roads
-        per_t = 1.0 / np.cos(course.across - 0.5 * np.pi - hdg)
+        per_t = 1.0 / cosine(course.across - 0.5 * np.pi - hdg)
         roads = self._world.road_map.roads
         edges = np.array(
             [self._world.lanes.carriageway(roads[k].id, at) for k, at in zip(curve.tolist(), s.tolist(), strict=True)]
@@ -175,13 +175,13 @@ class JunctionPaths:
         if found.on_arm[row[best]]:
             return None
         left, right = sorted(((high - along[best]) / per_t[best], (low - along[best]) / per_t[best]), reverse=True)
-        skew = float(np.tan(course.across - 0.5 * np.pi - hdg[best]))
+        skew = float(slope_of(course.across - 0.5 * np.pi - hdg[best]))
         return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew)
 
     def _cut_at_others(self, course: Course, low: float, high: float) -> tuple[float, float]:
         """Cut a line from `low` to `high` half way to the nodes of other crossings on it, m."""
         x, y = self._nodes[:, 0] - course.x, self._nodes[:, 1] - course.y
-        cos, sin = np.cos(course.across), np.sin(course.across)
+        cos, sin = cosine(course.across), sine(course.across)
         along, off = x * cos + y * sin, y * cos - x * sin
         others = along[(np.abs(off) <= _ON_LINE) & (np.abs(along) > _BESIDE)]
         before, behind = others[others < 0.0], others[others > 0.0]
@@ -202,7 +202,7 @@ def _in_frame(
     found: _Samples, rows: IntArray | slice, x: float, y: float, hdg: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far some samples lie ahead and to the left of a place that looks in a direction, m."""
-    cos, sin = np.cos(hdg), np.sin(hdg)
+    cos, sin = cosine(hdg), sine(hdg)
     dx, dy = found.x[rows] - x, found.y[rows] - y
     return dx * cos + dy * sin, dy * cos - dx * sin
 
@@ -229,4 +229,4 @@ def across_of(hdg: float, heading: float | None) -> float:
     off = float(wrapped(np.array([heading - square]))[0])
     if abs(off) > 0.5 * np.pi:
         off -= np.copysign(np.pi, off)
-    return float(square + off) if abs(off) <= np.arccos(_ACROSS_COSINE) else float(square)
+    return float(square + off) if abs(off) <= arccosine(_ACROSS_COSINE) else float(square)

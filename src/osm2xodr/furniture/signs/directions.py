@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import find_country
+from osm2xodr.curves import arctan2, cosine, hypot, sine
 from osm2xodr.model import Direction, Facing, FloatArray, SignFace, Street, StreetAttributes
 
 # Units of speed limits, per m/s.
@@ -37,7 +38,7 @@ def seen_heading(facing: Facing) -> float | None:
 
 def faced_along(heading: float, hdg: float) -> bool | None:
     """Return whether traffic with a heading runs along a road with another one, rad; None where it crosses that."""
-    cos = float(np.cos(heading - hdg))
+    cos = float(cosine(heading - hdg))
     return None if abs(cos) < _FACING_COSINE else cos > 0.0
 
 
@@ -59,7 +60,7 @@ class LimitsAround:
     @classmethod
     def at(cls, street: Street, place: int) -> LimitsAround:
         """Look around the node of a street with an index."""
-        step = np.hypot(*np.diff(street.points, axis=0).T)
+        step = hypot(*np.diff(street.points, axis=0).T)
         pieces = street.pieces
         k = max(i for i, (first, _) in enumerate(pieces) if first <= place)
         before = pieces[k - 1][1] if k and pieces[k][0] == place else pieces[k][1]
@@ -75,7 +76,7 @@ class LimitsAround:
         along = street.points[min(place + 1, len(step))] - street.points[max(place - 1, 0)]
         x, y = street.points[place].tolist()
         to_start, to_end = float(step[:place].sum()), float(step[place:].sum())
-        return cls(before, after, pieces[k][1], to_start, to_end, x, y, float(np.arctan2(along[1], along[0])))
+        return cls(before, after, pieces[k][1], to_start, to_end, x, y, float(arctan2(along[1], along[0])))
 
     def directions(self) -> tuple[bool, ...]:
         """Return which ways cars run along the street: True along it."""
@@ -162,8 +163,8 @@ class TownSide:
     def ahead(self, limits: LimitsAround) -> bool | None:
         """Return whether more nodes of streets lie ahead, along the street; None where it is about as many."""
         dx, dy = self._nodes[:, 0] - limits.x, self._nodes[:, 1] - limits.y
-        near = np.hypot(dx, dy) < _TOWN_REACH
-        before = (dx * np.cos(limits.hdg) + dy * np.sin(limits.hdg))[near] < 0.0
+        near = hypot(dx, dy) < _TOWN_REACH
+        before = (dx * cosine(limits.hdg) + dy * sine(limits.hdg))[near] < 0.0
         behind, ahead = int(before.sum()), int((~before).sum())
         if max(behind, ahead) < _TOWN_RATIO * min(behind, ahead):
             return None

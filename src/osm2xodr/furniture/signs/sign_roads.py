@@ -11,7 +11,11 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import CurveFinder, heading_at
+from osm2xodr.curves import (
+    CurveFinder,
+    heading_at,
+    hypot,
+)
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import LimitsAround, faced_along, seen_heading
 from osm2xodr.furniture.world import World, curves_near, way_at
@@ -88,7 +92,7 @@ def _candidate(
         return None
     road = world.road_map.roads[curve].id
     street = world.network.streets[int(world.places.road_street[curve])]
-    limits = LimitsAround.at(street, int(np.argmin(np.hypot(*(street.points - at).T))))
+    limits = LimitsAround.at(street, int(np.argmin(hypot(*(street.points - at).T))))
     runs = limits.directions()
     left, right = world.lanes.carriageway(road, s)
     on_right = t < 0.5 * (left + right)

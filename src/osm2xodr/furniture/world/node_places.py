@@ -11,7 +11,13 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import places_on_streets
-from osm2xodr.curves import pose, project
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    pose,
+    project,
+    sine,
+)
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.model import FloatArray, RoadMap, StreetNetwork, StreetPlaces
 
@@ -105,7 +111,7 @@ class NodePlaces:
         if not along.any():
             # The start and end of a loop: the direction in which it begins.
             along = points[1] - points[0]
-        hdg = float(np.arctan2(along[1], along[0]))
+        hdg = float(arctan2(along[1], along[0]))
         rows, places = self._tagged.get((node, street), [])[again:], self._places
         if rows:
             found = int(places.road[rows[0]]), float(places.s[rows[0]]), int(places.junction[rows[0]])
@@ -124,7 +130,7 @@ class NodePlaces:
         best = int(np.argmin(distance))
         (x,), (y,), (hdg,) = pose(plan, curves[best : best + 1], s[best : best + 1])
         road = self._road_map.roads[roads[best]].id
-        at = float(s[best] + ((point[0] - x) * np.cos(hdg) + (point[1] - y) * np.sin(hdg)))
+        at = float(s[best] + ((point[0] - x) * cosine(hdg) + (point[1] - y) * sine(hdg)))
         beyond = at > self._lanes.length(road) + _END_TOLERANCE
         off = at < -_END_TOLERANCE or beyond
         return road, at, int(places.end_junction[2 * street + beyond]) if off else -1

@@ -10,7 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    pose,
+    project,
+    sine,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.lane_table import LaneTable
@@ -157,7 +163,7 @@ def points_beside(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return x, y, m, at s and t of curves, and the heading of the curve there, rad, all (n,)."""
     x, y, hdg = pose(plan, curve, s)
-    return x - t * np.sin(hdg), y + t * np.cos(hdg), hdg
+    return x - t * sine(hdg), y + t * cosine(hdg), hdg
 
 
 def outline(
@@ -172,8 +178,8 @@ def outline(
     curve = np.full(len(at), world.lanes.index(road), np.int64)
     x, y, hdg = points_beside(world.road_map.plan_view, curve, at, lateral)
     dx, dy = x[1:] - x[0], y[1:] - y[0]
-    u = dx * np.cos(hdg[0]) + dy * np.sin(hdg[0])
-    v = dy * np.cos(hdg[0]) - dx * np.sin(hdg[0])
+    u = dx * cosine(hdg[0]) + dy * sine(hdg[0])
+    v = dy * cosine(hdg[0]) - dx * sine(hdg[0])
     return tuple((a, b, 0.0, height) for a, b in zip(u.tolist(), v.tolist(), strict=True))
 
 
@@ -201,6 +207,6 @@ def nearest_segment(point: FloatArray, start: FloatArray, end: FloatArray) -> tu
     """Return the index of the line segment nearest to a point (2,), and its distance, m; segments are (n, 2)."""
     step = end - start
     share = np.clip(((point - start) * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
-    distance = np.hypot(*(point - start - share[:, None] * step).T)
+    distance = hypot(*(point - start - share[:, None] * step).T)
     k = int(np.argmin(distance))
     return k, float(distance[k])

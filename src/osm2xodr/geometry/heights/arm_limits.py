@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import lengths, pose, runs
+from osm2xodr.curves import cosine, hypot, lengths, pose, runs, sine, slope_of
 from osm2xodr.geometry.defaults import GRADE_MAX
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, rows_matrix
@@ -45,7 +45,7 @@ def limit_arms(
     that at ends of roads; 0 if left out.
     """
     ends = _look_at_ends(network.problem)
-    across = np.zeros(len(ends.junction)) if superelevation is None else np.tan(superelevation.ravel())
+    across = np.zeros(len(ends.junction)) if superelevation is None else slope_of(superelevation.ravel())
     return [
         *_limit_twist(network, ends, density, sigma, across),
         *_limit_paths(network, ends, density),
@@ -102,7 +102,7 @@ def _limit_twist(
     problem, columns = network.problem, network.unknowns.to_knots.shape[1]
     arm = np.flatnonzero(ends.junction >= 0)
     j, slope = ends.junction[arm], slope[arm]
-    across = np.column_stack([-np.sin(ends.hdg), np.cos(ends.hdg)])
+    across = np.column_stack([-sine(ends.hdg), cosine(ends.hdg)])
     rows = _tilt_rows(j, across[arm], columns)
     k = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
     usual = _moment(density, defaults.USUAL_PUSH_SIGMAS * sigma)
@@ -190,7 +190,7 @@ def _look_at_paths(network: Network, ends: _Ends, connectors: ConnectorProblem) 
         height = network.in_unknowns(rows_matrix(2 * knot[end][:, None], one, size))
         grade = network.in_unknowns(rows_matrix(2 * knot[end][:, None] + 1, along[:, None], size))
         lever = np.where(ends.warped[end], t, 0.0)[:, None]
-        across = lever * np.column_stack([-np.sin(ends.hdg[end]), np.cos(ends.hdg[end])])
+        across = np.asarray(lever * np.column_stack([-sine(ends.hdg[end]), cosine(ends.hdg[end])]), np.float64)
         return height + _tilt_rows(j, across, columns), grade
 
     begin = at(entry, np.where(entry % 2 == 1, 1.0, -1.0), connectors.start_t[row])
@@ -232,7 +232,7 @@ def _limit_partings(
     j = paths.junction[a]
     (xa, ya, _), (xb, yb, _) = (pose(connectors.plan_view, paths.row[i], s) for i, s in ((a, s_a), (b, s_b)))
     dx, dy = xa - xb, ya - yb
-    apart = np.hypot(dx, dy)
+    apart = hypot(dx, dy)
     rows = paths.heights(a, s_a) - paths.heights(b, s_b)
     tilt = -np.column_stack([dx, dy]) * at_junctions(problem.warped, j)[:, None]
     rows = sp.diags(1.0 / apart) @ (rows + _tilt_rows(j, tilt, rows.shape[1]))
@@ -256,7 +256,7 @@ def _partings(connectors: ConnectorProblem, paths: _Paths) -> tuple[IntArray, In
             pose(connectors.plan_view, np.repeat(paths.row[path], s.shape[1]), along.ravel())
             for path, along in ((a, s_a), (b, s_b))
         )
-        beyond = np.hypot(xa - xb, ya - yb).reshape(s.shape) >= (half[a] + half[b])[:, None]
+        beyond = hypot(xa - xb, ya - yb).reshape(s.shape) >= (half[a] + half[b])[:, None]
         at = np.argmax(beyond, axis=1)
         keep = np.flatnonzero(beyond.any(axis=1) & (at > 0))
         found.append((a[keep], b[keep], s_a[keep, at[keep]], s_b[keep, at[keep]]))
@@ -270,7 +270,7 @@ def _limit_steps(network: Network, ends: _Ends, density: FloatArray, slope: Floa
     a, b, along, across = _arms_beside(ends)
     dofs = np.column_stack([2 * knot[b], 2 * knot[a], 2 * knot[a] + 1])
     rows = network.in_unknowns(rows_matrix(dofs, np.column_stack([np.ones(len(a)), -np.ones(len(a)), -along]), size))
-    tilt = np.column_stack([-np.sin(ends.hdg[a]), np.cos(ends.hdg[a])]) * across[:, None]
+    tilt = np.column_stack([-sine(ends.hdg[a]), cosine(ends.hdg[a])]) * across[:, None]
     tilt = np.where(ends.warped[a][:, None], -tilt, 0.0)
     far, j = np.maximum(np.abs(across), _SHORTEST_PATH), ends.junction[a]
     rows = rows + _tilt_rows(j, tilt, rows.shape[1])
@@ -296,9 +296,9 @@ def _arms_beside(ends: _Ends) -> tuple[IntArray, IntArray, FloatArray, FloatArra
     How far along the first one's +s and to its left, m.
     """
     a, b, hdg, half = ends.a, ends.b, ends.hdg, ends.half
-    x, y = ends.x - ends.middle * np.sin(hdg), ends.y + ends.middle * np.cos(hdg)
+    x, y = ends.x - ends.middle * sine(hdg), ends.y + ends.middle * cosine(hdg)
     out_of_junction = hdg + np.where(np.arange(len(hdg)) % 2 == 0, 0.0, np.pi)
-    cos, sin = np.cos(hdg[a]), np.sin(hdg[a])
+    cos, sin = cosine(hdg[a]), sine(hdg[a])
 
     def apart(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         dx, dy = x[b] - x[a], y[b] - y[a]
@@ -306,7 +306,7 @@ def _arms_beside(ends: _Ends) -> tuple[IntArray, IntArray, FloatArray, FloatArra
 
     along, across = apart(x, y)
     near = (np.abs(across) - half[a] - half[b] < defaults.BESIDE_GAP) & (np.abs(along) < defaults.BESIDE_LENGTH)
-    near &= np.cos(out_of_junction[a] - out_of_junction[b]) > np.cos(defaults.BESIDE_ANGLE)
+    near &= cosine(out_of_junction[a] - out_of_junction[b]) > cosine(defaults.BESIDE_ANGLE)
     along, across = apart(ends.x, ends.y)
     return a[near], b[near], along[near], across[near]
 

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
+from osm2xodr.curves import hypot
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
 from osm2xodr.geometry.heights.sparse import System
@@ -53,7 +54,7 @@ def downweight_canopy(stages: Sequence[Stage], observations: Observations) -> Fl
     transposed = rows.T.tocsr()
     factors = np.ones(len(obs.value))
     for stage in stages:
-        sigma = np.hypot(obs.sigma, stage.tolerance)
+        sigma = hypot(obs.sigma, stage.tolerance)
         stiffness = system.placed(stage.stiffness)
         for _ in range(_STAGE_ROUNDS):
             weight = obs.weight * factors

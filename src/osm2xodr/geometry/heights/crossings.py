@@ -10,6 +10,8 @@ import numpy as np
 
 from osm2xodr.curves import (
     blocks,
+    cosine,
+    hypot,
     lengths,
     overlap_depths,
     overlapping_boxes,
@@ -17,6 +19,7 @@ from osm2xodr.curves import (
     pose,
     ranks,
     segments_cross,
+    sine,
     stack_plan_views,
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
@@ -94,7 +97,7 @@ def _corners(
         own = slice(first[rows][0], first[rows][-1] + 2)
         x, y, hdg = pose(plan, border[own], border_s[own])
         begin = first[rows] - own.start
-        across, ahead = np.sin(hdg), np.cos(hdg)
+        across, ahead = sine(hdg), cosine(hdg)
         for k, (at, t) in enumerate(((begin, right), (begin, left), (begin + 1, left), (begin + 1, right))):
             out[rows, k, 0] = x[at] - t[rows] * across[at]
             out[rows, k, 1] = y[at] + t[rows] * ahead[at]
@@ -299,7 +302,7 @@ def _on_top_of_each_other(ways: Carriageways, pairs: _Pairs) -> BoolArray:
     """
     a, b = pairs.upper, pairs.lower
     u, v = (end - begin for begin, end in (_longer_middles(ways, pieces) for pieces in (a, b)))
-    size = np.maximum(np.hypot(*u.T) * np.hypot(*v.T), 1e-9)
+    size = np.maximum(hypot(*u.T) * hypot(*v.T), 1e-9)
     parallel = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / size < PARALLEL_SINE
     on = ways.structure != Structure.GROUND
     inner = _within_structure(ways)

@@ -14,7 +14,14 @@ from typing import Final, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import find_record, lengths, pose, ranks
+from osm2xodr.curves import (
+    cosine,
+    find_record,
+    lengths,
+    pose,
+    ranks,
+    sine,
+)
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, span_at, span_roads
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -272,8 +279,8 @@ def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[In
         (2 * knot, 3 * j, np.ones(len(on))),
         (2 * knot, 3 * j + 1, x - problem.junction_xy[j, 0]),
         (2 * knot, 3 * j + 2, y - problem.junction_xy[j, 1]),
-        (2 * knot + 1, 3 * j + 1, np.cos(hdg)),
-        (2 * knot + 1, 3 * j + 2, np.sin(hdg)),
+        (2 * knot + 1, 3 * j + 1, cosine(hdg)),
+        (2 * knot + 1, 3 * j + 2, sine(hdg)),
     ]
 
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths
+from osm2xodr.curves import cosine, lengths, sine, slope_of
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses
 from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution, chosen_junctions, chosen_roads
@@ -65,15 +65,15 @@ def level_solution(problem: ProfileProblem, z: float, superelevation: FloatArray
     tilted = np.flatnonzero((superelevation != 0.0).ravel() & (problem.end_junction.ravel() >= 0))
     if len(tilted):
         x, y, hdg = (value[tilted] for value in end_poses(problem))
-        j, slope = problem.end_junction.ravel()[tilted], np.tan(superelevation.ravel()[tilted])
+        j, slope = problem.end_junction.ravel()[tilted], slope_of(superelevation.ravel()[tilted])
         # Least squares: across each arm the plane has its slope, along it none.
         count = np.maximum(np.bincount(j, minlength=len(planes)), 1)
-        planes[:, 1] = np.bincount(j, -slope * np.sin(hdg), len(planes)) / count
-        planes[:, 2] = np.bincount(j, slope * np.cos(hdg), len(planes)) / count
+        planes[:, 1] = np.bincount(j, -slope * sine(hdg), len(planes)) / count
+        planes[:, 2] = np.bincount(j, slope * cosine(hdg), len(planes)) / count
         gx, gy = planes[j, 1], planes[j, 2]
         rise = gx * (x - problem.junction_xy[j, 0]) + gy * (y - problem.junction_xy[j, 1])
         end_z.ravel()[tilted] = np.round(z + rise, defaults.RECORD_DECIMALS)
-        end_grade.ravel()[tilted] = np.round(gx * np.cos(hdg) + gy * np.sin(hdg), defaults.RECORD_SLOPE_DECIMALS)
+        end_grade.ravel()[tilted] = np.round(gx * cosine(hdg) + gy * sine(hdg), defaults.RECORD_SLOPE_DECIMALS)
         row = np.unique(tilted // 2)
         profile = _between(lengths(problem.plan_view)[row], z, end_z[row], end_grade[row])
         elevation = either_profile(spread_curves(profile, row, roads), elevation)

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from osm2xodr.curves import cosine, sine
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Elements, Network, components, hermite, hermite_slope, rows_matrix
@@ -322,10 +323,10 @@ def _opposite_samples(network: Network) -> tuple[IntArray, IntArray]:
     distance, near = cKDTree(place).query(place, k=k, distance_upper_bound=defaults.DUAL_CARRIAGEWAY_DISTANCE)
     found = np.isfinite(distance)
     near = np.where(found, near, 0)
-    opposite = found & (np.cos(travel[near] - travel[:, None]) < _OPPOSITE)
+    opposite = found & (cosine(travel[near] - travel[:, None]) < _OPPOSITE)
     opposite &= problem.span_layer[span[used[near]]] == problem.span_layer[span[used]][:, None]
     offset = place[near, :2] - place[:, None, :2]
-    ahead = offset[..., 0] * np.cos(travel)[:, None] + offset[..., 1] * np.sin(travel)[:, None]
+    ahead = offset[..., 0] * cosine(travel)[:, None] + offset[..., 1] * sine(travel)[:, None]
     opposite &= np.abs(ahead) < samples.ds[used][:, None]
     row = np.flatnonzero(opposite.any(axis=1))
     a, b = used[row], used[near[row, np.argmax(opposite[row], axis=1)]]

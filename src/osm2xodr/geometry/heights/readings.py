@@ -8,7 +8,14 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths, pose, ranks
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    lengths,
+    pose,
+    ranks,
+    sine,
+)
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Samples
@@ -108,12 +115,12 @@ def read_heights(
         away,
         np.zeros(len(x)),
     )
-    across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
+    across = cosine(samples.hdg) * found.slope_y[:n] - sine(samples.hdg) * found.slope_x[:n]
     fine = np.flatnonzero(~known[:n])
     across[fine] = _slope_across(surface, samples, quality.cell_size[:n], fine)
     middle = everywhere.part(slice(n))
     off = np.minimum(defaults.POSITION_ERROR_CELLS * middle.cell, defaults.POSITION_ERROR_MAX)
-    sigma = np.hypot(middle.sigma, across * off)
+    sigma = hypot(middle.sigma, across * off)
     return replace(middle, sigma=sigma, across=across), everywhere.part(slice(n, None))
 
 
@@ -135,7 +142,7 @@ def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: In
     """Return the rise of the surface per metre to the left at some of the samples, 0 where it is not known."""
     lateral = np.maximum(_LATERAL, 0.5 * cell[some])
     x, y, hdg = samples.x[some], samples.y[some], samples.hdg[some]
-    nx, ny = -np.sin(hdg) * lateral, np.cos(hdg) * lateral
+    nx, ny = -sine(hdg) * lateral, cosine(hdg) * lateral
     left, left_measured = surface.heights(x + nx, y + ny)
     right, right_measured = surface.heights(x - nx, y - ny)
     return np.where(left_measured & right_measured, (left - right) / (2 * lateral), 0.0)

@@ -7,6 +7,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
+from osm2xodr.curves import hypot
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
@@ -285,7 +286,7 @@ def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) ->
         "height_above_surface_p95_m": tables.p95,
         "grade_max": float(outcome.grade.max(initial=0.0)),
         "grade_over_class_limit_km": float(elements.h[steep].sum()) / 1000.0,
-        "junction_tilt_max": float(np.hypot(outcome.planes[:, 1], outcome.planes[:, 2]).max(initial=0.0)),
+        "junction_tilt_max": float(hypot(outcome.planes[:, 1], outcome.planes[:, 2]).max(initial=0.0)),
         "layer_crossings": float(len(np.unique(outcome.crossings.place))),
         "layer_crossings_too_close": float(len(tables.tight)),
         "structures": float(len(tables.structures)),

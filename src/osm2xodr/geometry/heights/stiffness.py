@@ -8,7 +8,12 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    runs,
+    sine,
+)
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import (
@@ -127,7 +132,7 @@ def _opposite_arms(problem: ProfileProblem, on: BoolArray) -> IntArray:
     count = np.bincount(junction[order], minlength=len(problem.junction_xy))[junction[order]]
     first = np.searchsorted(junction[order], junction[order])
     a, b = np.repeat(order, count), order[runs(first, count)]
-    turn = np.cos(away[a] - away[b])
+    turn = cosine(away[a] - away[b])
     straight = np.flatnonzero((a < b) & (turn < _STRAIGHT_ON))
     # The straightest first; each end goes on once.
     for k in straight[np.argsort(turn[straight], kind="stable")].tolist():
@@ -196,9 +201,9 @@ def arm_deviations(network: Network) -> tuple[IntArray, FloatArray, sp.csr_matri
     size = unknowns.to_knots.shape[1]
     plane = 3 * j[:, None] + np.arange(3)
     height = unknowns.to_knots[2 * knot] - rows_matrix(plane, np.column_stack([np.ones(len(j)), dx, dy]), size)
-    along = np.column_stack([np.zeros(len(j)), np.cos(hdg), np.sin(hdg)])
+    along = np.column_stack([np.zeros(len(j)), cosine(hdg), sine(hdg)])
     grade = sp.diags(out) @ (unknowns.to_knots[2 * knot + 1] - rows_matrix(plane, along, size))
-    return end, np.hypot(dx, dy), sp.csr_matrix(height), sp.csr_matrix(grade)
+    return end, hypot(dx, dy), sp.csr_matrix(height), sp.csr_matrix(grade)
 
 
 def _spokes(network: Network, flexibility: FloatArray) -> sp.csr_matrix:

@@ -12,7 +12,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, arc_step, running_lengths, wrapped
+from osm2xodr.curves import (
+    advance,
+    arc_step,
+    arctan2,
+    cosine,
+    hypot,
+    running_lengths,
+    sine,
+    wrapped,
+)
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -50,7 +59,7 @@ class _Spline:
         """Return x, y and heading where the arcs start and where the last ends, (arcs + 1, 3)."""
         hdg = self.start[2] + np.concatenate([[0.0], np.cumsum(self.turn)])
         u, v, _ = arc_step(self.turn / self.step, np.full(len(self.turn), self.step))
-        cos, sin = np.cos(hdg[:-1]), np.sin(hdg[:-1])
+        cos, sin = cosine(hdg[:-1]), sine(hdg[:-1])
         x = self.start[0] + np.concatenate([[0.0], np.cumsum(cos * u - sin * v)])
         y = self.start[1] + np.concatenate([[0.0], np.cumsum(sin * u + cos * v)])
         return np.column_stack([x, y, hdg])
@@ -91,7 +100,7 @@ def turns_of(points: FloatArray, closed: bool) -> FloatArray:
     """Return the turns of a polyline at its points (at its inner points unless it is closed), rad."""
     line = np.concatenate([points, points[:2]]) if closed else points
     step = np.diff(line, axis=0)
-    return wrapped(np.diff(np.arctan2(step[:, 1], step[:, 0])))
+    return wrapped(np.diff(arctan2(step[:, 1], step[:, 0])))
 
 
 def _first_guess(points: FloatArray, closed: bool) -> _Spline:
@@ -101,7 +110,7 @@ def _first_guess(points: FloatArray, closed: bool) -> _Spline:
     arcs = int(np.clip(np.ceil(chainage[-1] / defaults.RING_ARC), _FEWEST_ARCS, _MOST_ARCS))
     at = np.linspace(0.0, chainage[-1], arcs + 1)
     x, y = np.interp(at, chainage, line[:, 0]), np.interp(at, chainage, line[:, 1])
-    chord = np.arctan2(np.diff(y), np.diff(x))
+    chord = arctan2(np.diff(y), np.diff(x))
     change = wrapped(np.diff(chord, append=chord[0]))
     if not closed:
         change[-1] = 0.0
@@ -181,7 +190,7 @@ def _changed(spline: _Spline, change: FloatArray) -> _Spline:
 def _comes_close(spline: _Spline, points: FloatArray) -> bool:
     """Whether a spline passes the points in their order and near enough, without a bend too sharp for cars."""
     x, y, _ = _at(spline).T
-    distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
+    distance = hypot(points[:, 0] - x, points[:, 1] - y)
     ordered = (np.diff(spline.s) > 0).all() and spline.s[-1] <= spline.step * len(spline.turn) + 1e-6
     rms = np.sqrt((distance**2).mean())
     drivable = np.abs(spline.turn).max() * CONNECTING_RADIUS <= spline.step
@@ -198,7 +207,7 @@ def _at(spline: _Spline) -> FloatArray:
 def _projected(spline: _Spline, points: FloatArray, closed: bool) -> FloatArray:
     """Return s of the points, moved towards where their perpendiculars meet the spline."""
     x, y, hdg = _at(spline).T
-    ahead = (points[:, 0] - x) * np.cos(hdg) + (points[:, 1] - y) * np.sin(hdg)
+    ahead = (points[:, 0] - x) * cosine(hdg) + (points[:, 1] - y) * sine(hdg)
     s: FloatArray = spline.s + np.clip(ahead, -spline.step, spline.step)
     s[0] = 0.0
     if not closed:
@@ -211,7 +220,7 @@ def _errors(spline: _Spline, points: FloatArray, closed: bool) -> tuple[FloatArr
     x, y, hdg = _at(spline).T
     by_x, by_y = _derivatives(spline, np.column_stack([x, y]), spline.s)
     dx, dy = x - points[:, 0], y - points[:, 1]
-    sin, cos = np.sin(hdg), np.cos(hdg)
+    sin, cos = sine(hdg), cosine(hdg)
     held = [0] if closed else [0, -1]
     error = np.concatenate([dy * cos - dx * sin, (dx * cos + dy * sin)[held]])
     left = by_y * cos[:, None] - by_x * sin[:, None]
@@ -245,8 +254,8 @@ def _derivatives(spline: _Spline, place: FloatArray, s: FloatArray) -> tuple[Flo
     mean_hdg = borders[:-1, 2] + spline.turn / spline.step * within * (2 / 3)
     swung = within**2 / (2 * spline.step)
     beyond = s[:, None] > (number + 1) * spline.step
-    lever_x = np.where(beyond, place[:, :1] - borders[1:, 0], 0.0) + swung * np.cos(mean_hdg)
-    lever_y = np.where(beyond, place[:, 1:] - borders[1:, 1], 0.0) + swung * np.sin(mean_hdg)
+    lever_x = np.where(beyond, place[:, :1] - borders[1:, 0], 0.0) + swung * cosine(mean_hdg)
+    lever_y = np.where(beyond, place[:, 1:] - borders[1:, 1], 0.0) + swung * sine(mean_hdg)
     from_start = place - spline.start[:2]
     ones, zeros = np.ones((len(s), 1)), np.zeros((len(s), 1))
     by_x = np.concatenate([ones, zeros, -from_start[:, 1:], -lever_y, from_start[:, :1] / spline.step], axis=1)

@@ -10,7 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import find_record, heading_at, lengths, pose, running_lengths, starts, sum_before
+from osm2xodr.curves import (
+    arctan2,
+    find_record,
+    heading_at,
+    hypot,
+    lengths,
+    pose,
+    running_lengths,
+    starts,
+    sum_before,
+)
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
@@ -115,8 +125,8 @@ def _straight_lines(polylines: list[FloatArray]) -> PlanView:
     begins = np.delete(np.arange(len(points)), start[1:] - 1)
     x, y = points[begins].T
     dx, dy = (points[begins + 1] - points[begins]).T
-    size, start = np.hypot(dx, dy), start - np.arange(len(start))
-    return PlanView(start, sum_before(size, start), x, y, np.arctan2(dy, dx), size, np.zeros(len(size)))
+    size, start = hypot(dx, dy), start - np.arange(len(start))
+    return PlanView(start, sum_before(size, start), x, y, arctan2(dy, dx), size, np.zeros(len(size)))
 
 
 def outward_pose(ends: StreetEnds, end: IntArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

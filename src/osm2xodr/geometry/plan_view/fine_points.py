@@ -10,12 +10,16 @@ import numpy as np
 from osm2xodr.curves import (
     RaggedTable,
     advance,
+    arctan2,
+    cosine,
     find_record,
+    hypot,
     lengths,
     owners,
     ranks,
     record_turns,
     repeated,
+    sine,
     starts,
     sum_before,
     wrapped,
@@ -77,16 +81,16 @@ class FinePoints(RaggedTable):
 
     def moved(self, aside: FloatArray) -> FinePoints:
         """Return the points moved to the left, (points,), m, with headings and curvatures that they have there."""
-        x, y = self.x - np.sin(self.hdg) * aside, self.y + np.cos(self.hdg) * aside
+        x, y = self.x - sine(self.hdg) * aside, self.y + cosine(self.hdg) * aside
         first, last = self.start[:-1], self.start[1:] - 1
         dx, dy = np.diff(x, append=0.0), np.diff(y, append=0.0)
         dx[last], dy[last] = dx[last - 1], dy[last - 1]
-        after = np.maximum(np.hypot(dx, dy), _LEAST_CHORD)
-        ahead = continuous(np.arctan2(dy, dx), self.start)
+        after = np.maximum(hypot(dx, dy), _LEAST_CHORD)
+        ahead = continuous(arctan2(dy, dx), self.start)
         before, behind = np.roll(after, 1), np.roll(ahead, 1)
         before[first], behind[first] = after[first], ahead[first]
         spacing = 0.5 * (before + after)
-        curvature = 2.0 * np.sin(0.5 * (ahead - behind)) / spacing
+        curvature = 2.0 * sine(0.5 * (ahead - behind)) / spacing
         curvature[first], curvature[last] = curvature[first + 1], curvature[last - 1]
         hdg = 0.5 * (ahead + behind)
         hdg[first] = ahead[first] - 0.5 * curvature[first] * after[first]
@@ -118,8 +122,8 @@ def _cuts(plan: PlanView) -> FloatArray:
     Their vertices were moved outwards by half of what the arcs cut off, as far as `fit_polylines` moves them.
     """
     half = np.minimum(np.abs(record_turns(plan)) / 2, _LARGEST_HALF_TURN)
-    off = (1.0 / np.cos(half) - 1.0) / np.maximum(np.abs(plan.curvature), _LEAST_CURVATURE)
-    return np.asarray(np.maximum(off / 2, off - defaults.CORNER_CUT_MAX / 2) * np.cos(half))
+    off = (1.0 / cosine(half) - 1.0) / np.maximum(np.abs(plan.curvature), _LEAST_CURVATURE)
+    return np.asarray(np.maximum(off / 2, off - defaults.CORNER_CUT_MAX / 2) * cosine(half))
 
 
 def continuous(hdg: FloatArray, start: IntArray) -> FloatArray:

@@ -13,7 +13,20 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import Table, find_record, join_tables, lengths, pose, ranks, repeated, sorted_unique, starts
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    find_record,
+    hypot,
+    join_tables,
+    lengths,
+    pose,
+    ranks,
+    repeated,
+    sine,
+    sorted_unique,
+    starts,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH,
@@ -199,11 +212,11 @@ def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbrea
     piece = sides.at(spaced.street, spaced.s)
     apart = (spaced.street[one] != spaced.street[other]) & (sides.layer[piece[one]] == sides.layer[piece[other]])
     one, other = one[apart], other[apart]
-    sine = np.abs(np.sin(spaced.hdg[one] - spaced.hdg[other]))
-    parallel, half = sine < PARALLEL_SINE, sides.edges.max(axis=1)[piece]
-    distance = np.hypot(spaced.x[one] - spaced.x[other], spaced.y[one] - spaced.y[other])
+    across = np.abs(sine(spaced.hdg[one] - spaced.hdg[other]))
+    parallel, half = across < PARALLEL_SINE, sides.edges.max(axis=1)[piece]
+    distance = hypot(spaced.x[one] - spaced.x[other], spaced.y[one] - spaced.y[other])
     bent = np.flatnonzero(
-        ~parallel & (sine < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
+        ~parallel & (across < _BENT_SINE) & (distance < half[one] + half[other] + 0.5 * PARALLEL_SPACING)
     )
     nodes = _StreetNodes.of(network)
     bent = bent[~nodes.shared_near(spaced.chosen(one[bent]), spaced.chosen(other[bent]))]
@@ -308,7 +321,7 @@ def _nearest_places(plan: PlanView, length: FloatArray, a: _Places, b: _Places) 
     nearest = np.argmin((dx * dx + dy * dy).reshape(len(a.s), len(steps) ** 2), axis=1)
     row = len(steps) * np.arange(len(a.s))
     p, q = p.chosen(row + nearest // len(steps)), q.chosen(row + nearest % len(steps))
-    parallel = np.flatnonzero(np.abs(np.sin(p.hdg - q.hdg)) < PARALLEL_SINE)
+    parallel = np.flatnonzero(np.abs(sine(p.hdg - q.hdg)) < PARALLEL_SINE)
     return p.chosen(parallel), q.chosen(parallel)
 
 
@@ -318,11 +331,11 @@ def _abreast(nodes: _StreetNodes, a: _Places, b: _Places, slack: float) -> Place
     Places are abreast if one is at most `slack` ahead of the other, m.
     """
     dx, dy = b.x - a.x, b.y - a.y
-    ahead = dx * np.cos(a.hdg) + dy * np.sin(a.hdg)
-    left = dy * np.cos(a.hdg) - dx * np.sin(a.hdg)
+    ahead = dx * cosine(a.hdg) + dy * sine(a.hdg)
+    left = dy * cosine(a.hdg) - dx * sine(a.hdg)
     rows = np.flatnonzero((np.abs(ahead) <= slack + _ABREAST_SLACK) & ~nodes.shared_near(a, b))
     a, b = a.chosen(rows), b.chosen(rows)
-    return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], np.cos(a.hdg - b.hdg) > 0)
+    return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], cosine(a.hdg - b.hdg) > 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -348,5 +361,5 @@ class _StreetNodes:
         for p in (0, 1):
             node = self.ends[a.street, p]
             shared = (node >= 0) & ((node == self.ends[b.street, 0]) | (node == self.ends[b.street, 1]))
-            near |= shared & (np.hypot(a.x - self.xy[node, 0], a.y - self.xy[node, 1]) < reach)
+            near |= shared & (hypot(a.x - self.xy[node, 0], a.y - self.xy[node, 1]) < reach)
         return near

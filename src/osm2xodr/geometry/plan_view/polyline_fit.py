@@ -12,7 +12,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, running_lengths, starts
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    hypot,
+    owners,
+    running_lengths,
+    slope_of,
+    starts,
+)
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -98,7 +106,7 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
     """
     ends = np.flatnonzero(np.diff(polyline, prepend=-1)), np.flatnonzero(np.diff(polyline, append=-1))
     # A loop needs two points besides the one that it begins and ends at.
-    comes_back = np.hypot(*(points[ends[0]] - points[ends[1]]).T) < _SHORTEST_SEGMENT
+    comes_back = hypot(*(points[ends[0]] - points[ends[1]]).T) < _SHORTEST_SEGMENT
     keep = np.ones(len(points), bool)
     error_so_far = np.zeros(len(points))
     spikes: list[IntArray] = []
@@ -128,11 +136,11 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
 def _corners(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return of inner points the shorter segment, m, the size of the turn, rad, the distance from the chord, m."""
     first, second, chord = points[1:-1] - points[:-2], points[2:] - points[1:-1], points[2:] - points[:-2]
-    shorter = np.minimum(np.hypot(*first.T), np.hypot(*second.T))
+    shorter = np.minimum(hypot(*first.T), hypot(*second.T))
     cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    turn = np.abs(np.arctan2(cross, (first * second).sum(1)))
+    turn = np.abs(arctan2(cross, (first * second).sum(1)))
     along = (first * chord).sum(1) / np.maximum((chord * chord).sum(1), 1e-12)
-    off = np.hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
+    off = hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
     return shorter, turn, off
 
 
@@ -147,19 +155,19 @@ def _displaced_fillets(
     for _ in range(_FILLET_ROUNDS):
         vertex = moved
         step = np.diff(vertex, axis=0)
-        length = np.hypot(*step.T)
+        length = hypot(*step.T)
         unit = step / np.maximum(length, 1e-12)[:, None]
         turn = _turns(unit, interior)
         size = np.abs(turn)
-        quarter = np.tan(size / 4)
+        quarter = slope_of(size / 4)
         wish = np.minimum(
             _corner_cut(size, corner_radius) / np.maximum(quarter, 1e-9),
-            _LARGEST_RADIUS * np.tan(np.minimum(size, 3.1) / 2),
+            _LARGEST_RADIUS * slope_of(np.minimum(size, 3.1) / 2),
         )
         tangent = _share_segments(np.where(interior, wish, 0.0), length, interior)
         bisector = np.zeros_like(vertex)
         bisector[1:-1] = unit[:-1] - unit[1:]
-        bisector /= np.maximum(np.hypot(*bisector.T), 1e-12)[:, None]
+        bisector /= np.maximum(hypot(*bisector.T), 1e-12)[:, None]
         out = np.where(interior & ~anchored, np.minimum(0.5 * tangent * quarter, 0.5 * defaults.CORNER_CUT_MAX), 0.0)
         moved = original + out[:, None] * bisector
     # The last tangents belong to the vertices that they were computed for.
@@ -170,14 +178,14 @@ def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
     """Return the signed turn at each vertex, rad, 0 at ends."""
     turn = np.zeros(len(interior))
     cross = unit[:-1, 0] * unit[1:, 1] - unit[:-1, 1] * unit[1:, 0]
-    turn[1:-1] = np.arctan2(cross, (unit[:-1] * unit[1:]).sum(1))
+    turn[1:-1] = arctan2(cross, (unit[:-1] * unit[1:]).sum(1))
     turn[~interior | (np.abs(turn) < _SMALLEST_TURN)] = 0.0
     return turn
 
 
 def _corner_cut(turn: FloatArray, corner_radius: FloatArray) -> FloatArray:
     """Return how far the curve may cut each corner, m, by the size of its turn, rad."""
-    wish = corner_radius * (1.0 / np.maximum(np.cos(turn / 2), 0.05) - 1.0)
+    wish = corner_radius * (1.0 / np.maximum(cosine(turn / 2), 0.05) - 1.0)
     most = np.interp(turn, _HAIRPIN_TURNS, [defaults.CORNER_CUT_MAX, defaults.CORNER_CUT_HAIRPIN])
     cut: FloatArray = np.where(turn > _CORNER_TURN, np.clip(wish, defaults.CORNER_CUT, most), defaults.CORNER_CUT)
     return cut
@@ -225,7 +233,7 @@ def _records(
 ) -> tuple[PlanView, FloatArray]:
     """Return the lines and arcs of vertices with fillets, and s of each vertex (of the middle of its arc)."""
     step = np.diff(vertex, axis=0)
-    distance = np.hypot(*step.T)
+    distance = hypot(*step.T)
     same = owner[1:] == owner[:-1]
     unit = step / np.maximum(distance, 1e-12)[:, None]
     n = len(vertex)
@@ -233,10 +241,10 @@ def _records(
     place, hdg, length, curvature = np.zeros((n, 2, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
     place[1:, 0] = vertex[:-1] + tangent[:-1, None] * unit
     place[1:, 1] = vertex[1:] - tangent[1:, None] * unit
-    hdg[1:] = np.arctan2(unit[:, 1], unit[:, 0])[:, None]
+    hdg[1:] = arctan2(unit[:, 1], unit[:, 0])[:, None]
     length[1:, 0] = np.where(same, distance - tangent[:-1] - tangent[1:], 0.0)
     bend = turn != 0.0
-    radius = tangent / np.tan(np.where(bend, np.abs(turn), 1.0) / 2)
+    radius = tangent / slope_of(np.where(bend, np.abs(turn), 1.0) / 2)
     length[:, 1] = np.where(bend, radius * np.abs(turn), 0.0)
     curvature[:, 1] = np.where(bend, np.sign(turn) / np.maximum(radius, 1e-9), 0.0)
     # A polyline that shrinks to a point keeps place and heading; roads made of it are dropped for their length.

@@ -6,6 +6,7 @@ and then cut into the curves of its streets; the ends of other streets that join
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
@@ -14,11 +15,15 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    arctan2,
     chain_curves,
+    cosine,
     cut_curves,
+    hypot,
     pose,
     reverse_curves,
     running_lengths,
+    sine,
     snap_cuts,
     stack_plan_views,
     starts,
@@ -36,6 +41,8 @@ _RING_OFF_CIRCLE: Final = 4.0
 _RING_OFF_LINE: Final = 1.0
 # Least turn of an open row of streets that counts as part of a ring (extracts cut some), rad (120 degrees).
 _RING_TURN_MIN: Final = 2.09
+# Points whose spread across a line is so small a share of that along it lie on it.
+_ON_A_LINE: Final = 1e-12
 # Over this length of a street that joins a ring the line follows its end, which moves onto the ring, m. A choice.
 _RING_ARM_BLEND: Final = 15.0
 # Laps of a closed curve of spirals: what its ends do to it is 0.27 times as much at each place where spirals meet, so
@@ -219,7 +226,7 @@ def _with_spirals(plan: PlanView, closed: bool, s: FloatArray) -> tuple[PlanView
 
 def _sides(outline: FloatArray, most: float) -> BoolArray:
     """Say which segments, (nodes - 1,), are more than `most`, m, off a circle of the outline's length."""
-    size = np.hypot(*np.diff(outline, axis=0).T)
+    size = hypot(*np.diff(outline, axis=0).T)
     radius = float(size.sum()) / (2 * np.pi)
     half = np.minimum(size / 2, radius)
     return np.asarray(radius - np.sqrt(radius**2 - half**2) > most)
@@ -227,7 +234,7 @@ def _sides(outline: FloatArray, most: float) -> BoolArray:
 
 def _with_points_on_sides(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
     """Return a line with points along those segments that are straight sides, and the indices of its nodes."""
-    size = np.hypot(*np.diff(outline, axis=0).T)
+    size = hypot(*np.diff(outline, axis=0).T)
     parts = np.where(side, np.ceil(size / defaults.RING_SIDE), 1).astype(np.int64)
     lines = [
         one + (other - one) * np.arange(count)[:, None] / count
@@ -242,14 +249,22 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298). Its bias towards small circles
     is negligible: the points of a ring lie all around.
     """
-    system = np.column_stack([2 * points, np.ones(len(points))])
-    x, y, rest = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
-    radius = float(np.sqrt(max(rest + x * x + y * y, 0.0)))
-    dx, dy = points[:, 0] - x, points[:, 1] - y
-    off = np.hypot(dx, dy) - radius
+    middle = points.mean(axis=0)
+    u, v = np.ascontiguousarray((points - middle).T)
+    square = u * u + v * v
+    uu, uv, vv = (float(product.sum()) for product in (u * u, u * v, v * v))
+    right_u, right_v = 0.5 * float((u * square).sum()), 0.5 * float((v * square).sum())
+    determinant = uu * vv - uv * uv
+    if determinant <= _ON_A_LINE * (uu + vv) ** 2:
+        return None
+    x, y = (right_u * vv - right_v * uv) / determinant, (right_v * uu - right_u * uv) / determinant
+    radius = math.sqrt(x * x + y * y + (uu + vv) / len(points))
+    dx, dy = u - x, v - y
+    x, y = x + middle[0], y + middle[1]
+    off = hypot(dx, dy) - radius
     if np.abs(off).max() > defaults.RING_TOLERANCE or np.sqrt((off**2).mean()) > defaults.RING_CIRCLE_RMS:
         return None
-    angle = np.unwrap(np.arctan2(dy, dx))
+    angle = np.unwrap(arctan2(dy, dx))
     if closed:
         step = wrapped(np.diff(angle, append=angle[0]))
         around = round(float(step.sum()) / (2 * np.pi))
@@ -260,7 +275,7 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
         turn = float(angle[-1] - angle[0])
     side = float(np.sign(turn))
     s = side * (angle - angle[0]) * radius
-    start = x + radius * np.cos(angle[0]), y + radius * np.sin(angle[0]), angle[0] + side * np.pi / 2
+    start = x + radius * cosine(angle[0]), y + radius * sine(angle[0]), angle[0] + side * np.pi / 2
     columns = (np.array([value]) for value in (0.0, *start, abs(turn) * radius, side / radius))
     return PlanView(np.array([0, 1]), *columns), s
 

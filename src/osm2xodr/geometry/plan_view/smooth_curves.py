@@ -12,14 +12,16 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from osm2xodr.curves import (
+    arctan2,
     chosen_curves,
     end_curvature,
+    hypot,
     lengths,
     owners,
     runs,
+    sine,
     smallest_radius,
     spirals_between,
     stack_plan_views,
@@ -28,6 +30,7 @@ from osm2xodr.curves import (
     wrapped,
 )
 from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.banded import solve_banded
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.geometry.plan_view.smooth_offsets import (
     GENTLE,
@@ -163,7 +166,7 @@ def _faults(
 
     `step` is that of curvature at knots, and `sharpest` the largest curvature of each curve so far, 1/m.
     """
-    fault = np.hypot(points.x - before.x, points.y - before.y) / (_SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
+    fault = hypot(points.x - before.x, points.y - before.y) / (_SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
     sharp = np.zeros(len(knot))
     begin = np.delete(np.arange(len(knot)), first[1:] - 1)
     np.maximum.at(sharp, begin, np.abs(curves.curvature))
@@ -275,7 +278,7 @@ class _Knots:
         begin[first[1:] - 1] = False
         piece = np.flatnonzero(begin)
         dx, dy = x[piece + 1] - x[piece], y[piece + 1] - y[piece]
-        return cls(x, y, hdg, first, inner, piece, np.hypot(dx, dy), np.arctan2(dy, dx))
+        return cls(x, y, hdg, first, inner, piece, hypot(dx, dy), arctan2(dy, dx))
 
     def spirals(self) -> _Spirals:
         """Return the spirals between the headings that knots have."""
@@ -296,8 +299,7 @@ class _Knots:
         matrix = np.ones((2, len(self.x)))
         matrix[0, self.inner] = 4.0 * (stiff + np.roll(stiff, 1))[self.inner]
         matrix[1] = np.where(self.inner & np.append(self.inner[1:], False), 2.0 * stiff, 0.0)
-        out = solveh_banded(matrix, -spirals.step, overwrite_ab=True, lower=True, check_finite=False)
-        return np.asarray(out)
+        return solve_banded(matrix, -spirals.step)
 
 
 def _plain(plan: PlanView, chord: FloatArray, towards: FloatArray, turn: FloatArray) -> PlanView:
@@ -305,7 +307,8 @@ def _plain(plan: PlanView, chord: FloatArray, towards: FloatArray, turn: FloatAr
     arc = np.abs(plan.rate) * plan.length**2 / 12.0 < _SAME_HEADING
     line = arc & (np.abs(turn) / 2.0 < _SAME_HEADING)
     half = np.where(line, 0.0, turn / 2.0)
-    length = np.where(arc, chord / np.sinc(half / np.pi), plan.length)
+    sinc = np.where(half == 0.0, 1.0, sine(half) / np.where(half == 0.0, 1.0, half))
+    length = np.where(arc, chord / sinc, plan.length)
     hdg = np.where(arc, towards - half, plan.hdg)
     curvature = np.where(arc, 2.0 * half / length, plan.curvature)
     rate = np.where(arc, 0.0, plan.rate)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.banded import solve_banded
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -53,7 +53,9 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
         bad = (excess > 1.0) | (sharper > 1.0)
         if not bad.any():
             break
-        factor = np.clip(1.0 / np.maximum(excess[bad] ** (1 / 3), sharper[bad] ** 4), *_SHRINK)
+        # Powers have other last digits on other machines.
+        most = np.round(np.maximum(excess[bad] ** (1 / 3), sharper[bad] ** 4), 6)
+        factor = np.clip(1.0 / np.maximum(most, 1.0), *_SHRINK)
         shrunk = scale[row]
         shrunk[bad] = np.maximum(shrunk[bad] * factor, _SHORTEST)
         scale[row] = _graded(part, shrunk)
@@ -104,9 +106,10 @@ def _solved(
         matrix[0, row] = _HELD
     right = np.zeros(len(owner))
     # The change of curvature from each point to the next, by the offsets of four.
-    cube = np.where(owner[3:] == owner[:-3], np.minimum(scale[1:-2], scale[2:-1]) ** 3, 0.0)
+    shorter = np.minimum(scale[1:-2], scale[2:-1])
+    cube = np.where(owner[3:] == owner[:-3], shorter * shorter * shorter, 0.0)
     step = h[1:-2]
-    third, bend = cube / step**3, cube / step
+    third, bend = cube / (step * step * step), cube / step
     change = [-third, 3 * third - bend * k[1:-2] ** 2, -3 * third + bend * k[2:-1] ** 2, third]
     _add(matrix, right, change, bend * (k[2:-1] - k[1:-2]))
     if free is not None:
@@ -116,7 +119,7 @@ def _solved(
         a, b, c = (square * part**2 for part in (k[1:-3], k[2:-2], k[3:-1]))
         terms = [weight, weight * (a - 4), weight * (6 - 2 * b), weight * (c - 4), weight]
         _add(matrix, right, terms, weight * square * (k[1:-3] - 2 * k[2:-2] + k[3:-1]))
-    return np.asarray(solveh_banded(matrix, right, overwrite_ab=True, lower=True, check_finite=False))
+    return solve_banded(matrix, right)
 
 
 def _add(matrix: FloatArray, right: FloatArray, terms: Sequence[FloatArray], value: FloatArray) -> None:

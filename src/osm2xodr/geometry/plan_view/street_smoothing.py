@@ -14,8 +14,10 @@ import numpy as np
 
 from osm2xodr.curves import (
     Table,
+    arctan2,
     chain_curves,
     chosen_curves,
+    cosine,
     cut_curves,
     find_record,
     join_tables,
@@ -26,6 +28,7 @@ from osm2xodr.curves import (
     replace_curves,
     reverse_curves,
     runs,
+    sine,
     smallest_radius,
     snap_cuts,
     stack_plan_views,
@@ -222,7 +225,7 @@ def _cut_into_streets(
     for _ in range(_FOOT_ROUNDS):
         # Curves may cross themselves: the nearest place of all may be elsewhere.
         x0, y0, hdg = pose(new, curve[cut], s)
-        s = s + np.clip((x - x0) * np.cos(hdg) + (y - y0) * np.sin(hdg), -_FOOT_STEP, _FOOT_STEP)
+        s = s + np.clip((x - x0) * cosine(hdg) + (y - y0) * sine(hdg), -_FOOT_STEP, _FOOT_STEP)
     lo[cut] = snap_cuts(new, curve[cut], s)
     hi = np.where(np.append(first[1:], True), lengths(new)[curve], np.append(lo[1:], 0.0))
     parts = reverse_curves(cut_curves(new, lo, hi, curve), back, wrap=False)
@@ -329,4 +332,4 @@ def _headings(plan: PlanView, end: IntArray) -> FloatArray:
     at_end = end % 2 == 1
     x0, y0, _ = pose(plan, end // 2, np.where(at_end, length, 0.0))
     x1, y1, _ = pose(plan, end // 2, np.where(at_end, length - away, away))
-    return np.asarray(np.arctan2(y1 - y0, x1 - x0))
+    return np.asarray(arctan2(y1 - y0, x1 - x0))

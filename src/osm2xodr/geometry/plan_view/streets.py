@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     chain_curves,
     cut_curves,
     dubins_curves,
+    hypot,
     lengths,
     owners,
     pose,
@@ -147,7 +148,7 @@ def _section(
 def _opened(street: Street) -> tuple[FloatArray, _AttributesFrom]:
     """Cut a closed ring in the middle of its longest segment, so that its curve starts and ends on a straight."""
     points = street.points
-    longest = int(np.hypot(*np.diff(points, axis=0).T).argmax())
+    longest = int(hypot(*np.diff(points, axis=0).T).argmax())
     middle = (points[longest] + points[longest + 1]) / 2
     opened = np.concatenate([[middle], points[longest + 1 : -1], points[: longest + 1], [middle]])
     holding = [attributes for index, attributes in street.pieces if index <= longest][-1]

@@ -12,7 +12,18 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, repeated, runs, sorted_unique, unique_rows
+from osm2xodr.curves import (
+    Table,
+    arcsine,
+    arctan2,
+    cosine,
+    hypot,
+    repeated,
+    runs,
+    sine,
+    sorted_unique,
+    unique_rows,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
@@ -125,9 +136,9 @@ def leave_out_far_nodes(lines: Lines, nodes: RawNodes, ways: Sequence[RawWay], d
 def _distances(nodes: RawNodes, a: IntArray, b: IntArray) -> FloatArray:
     """Return the distances on a sphere between nodes (indices), (n,), m, by the haversine formula."""
     lat, lon = np.radians(nodes.lat_deg), np.radians(nodes.lon_deg)
-    square = np.sin((lat[b] - lat[a]) / 2.0) ** 2
-    square += np.cos(lat[a]) * np.cos(lat[b]) * np.sin((lon[b] - lon[a]) / 2.0) ** 2
-    out: FloatArray = 2.0 * _EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(square, 1.0)))
+    square = sine((lat[b] - lat[a]) / 2.0) ** 2
+    square += cosine(lat[a]) * cosine(lat[b]) * sine((lon[b] - lon[a]) / 2.0) ** 2
+    out: FloatArray = 2.0 * _EARTH_RADIUS * arcsine(np.sqrt(np.minimum(square, 1.0)))
     return out
 
 
@@ -151,7 +162,7 @@ def join_same_places(
     Returns the lines through the remaining nodes, and the OSM ids of joined nodes, each with the remaining one's.
     """
     a, b = lines.node[:-1], lines.node[1:]
-    near = np.hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE
+    near = hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE
     near &= lines.line[1:] == lines.line[:-1]
     if not near.any():
         return lines, {}
@@ -178,7 +189,7 @@ def join_same_places(
 def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Lines:
     """Cut lines where absent nodes leave a gap too long to bridge; leave out ends of single nodes."""
     gap = np.zeros(len(lines.node), np.bool_)
-    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > _GAP_BRIDGED_MAX
+    apart = hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > _GAP_BRIDGED_MAX
     gap[1:] = lines.skipped[1:] & (lines.line[1:] == lines.line[:-1]) & apart
     if not gap.any():
         return lines
@@ -222,7 +233,7 @@ def leave_out_crowds(pieces: Pieces, points: FloatArray, ways: Sequence[RawWay],
     edges = runs(pieces.first, pieces.last - pieces.first)
     piece = repeated(pieces.last - pieces.first)
     a, b = points[pieces.node[edges]], points[pieces.node[edges + 1]]
-    length = np.hypot(*(b - a).T)
+    length = hypot(*(b - a).T)
     steps = np.maximum(1, np.ceil(length / _CROWD_STEP)).astype(np.int64)
     cells, owners, metres = [], [], []
     # In blocks: a country has a point in 25 m as well.
@@ -274,8 +285,8 @@ def turns_back(before: FloatArray, here: FloatArray, after: FloatArray) -> BoolA
     """Return where lines through (n, 2), (n, 2), (n, 2) turn on the spot and not by a mapping error, (n,)."""
     arriving, leaving = here - before, after - here
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
-    turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
-    shorter = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
+    turn = np.abs(arctan2(cross, (arriving * leaving).sum(axis=1)))
+    shorter = np.minimum(hypot(*arriving.T), hypot(*leaving.T))
     out: BoolArray = (turn > _TURN_ON_THE_SPOT) & (shorter > _MAPPING_ERROR_MAX)
     return out
 

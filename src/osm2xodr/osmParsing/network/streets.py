@@ -15,7 +15,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, sorted_unique, starts
+from osm2xodr.curves import (
+    hypot,
+    ranks,
+    sorted_unique,
+    starts,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BoolArray,
@@ -116,7 +121,7 @@ def _arm(street: Street, at_start: bool) -> tuple[StreetAttributes, FloatArray]:
     """Return the attributes of a street at its start or end, and the direction in which it leads away from there."""
     points = street.points if at_start else street.points[::-1]
     away = points[1] - points[0]
-    return street.pieces[0 if at_start else -1][1], away / np.hypot(*away)
+    return street.pieces[0 if at_start else -1][1], away / hypot(*away)
 
 
 def _forbidden_passages(

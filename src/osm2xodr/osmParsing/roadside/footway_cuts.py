@@ -8,7 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import sorted_unique, starts
+from osm2xodr.curves import (
+    hypot,
+    sorted_unique,
+    starts,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
@@ -44,7 +48,7 @@ def cut_where_footways_end(
         taken = [begin, end]
         # By id, an order that does not depend on the way's direction.
         for at in sorted((node - first[number] for node in found), key=lambda at: int(ids[first[number] + at])):
-            if begin < at < end and np.hypot(*(street.points[taken] - street.points[at]).T).min() > _NODE_NEAR:
+            if begin < at < end and hypot(*(street.points[taken] - street.points[at]).T).min() > _NODE_NEAR:
                 taken.append(at)
         more = [(at, attributes) for at in taken[2:]]
         pieces = tuple(sorted((*out[number].pieces, *more), key=lambda item: item[0]))
@@ -87,7 +91,7 @@ def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list
         before, after = int(row[at - 1]), int(row[at])
         place = 0.5 * (samples.lines.points[before] + samples.lines.points[after])
         nodes = np.arange(samples.lines.node[before], samples.lines.node[after] + 2)
-        distance = np.hypot(*(points[nodes] - place).T)
+        distance = hypot(*(points[nodes] - place).T)
         if distance.min() <= _NODE_NEAR:
             out.append((int(of_piece[a]), int(nodes[np.argmin(distance)])))
     return out

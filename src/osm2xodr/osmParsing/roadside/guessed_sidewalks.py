@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.curves import cosine, hypot
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BoolArray,
@@ -149,7 +150,7 @@ def _ruled_out(
     out_x, out_y = -sign * ahead_y, sign * ahead_x
     edge = sign * (samples.left if side == LEFT else samples.right)[samples.piece[rows]]
     middle = edge + 0.5 * reach
-    bound = float(np.hypot(0.5 * reach, BESIDE_SPACING))
+    bound = float(hypot(0.5 * reach, BESIDE_SPACING))
     query = np.column_stack([x + middle * out_x, y + middle * out_y])
     near = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=bound)[1], np.int64)
     # One row for each point of a street and each point of a line near it.
@@ -160,7 +161,7 @@ def _ruled_out(
     gap = away_x * out_x[at] + away_y * out_y[at] - edge[at]
     same_way = lines.along[found, 0] * ahead_x[at] + lines.along[found, 1] * ahead_y[at]
     beside = np.abs(away_x * ahead_x[at] + away_y * ahead_y[at]) <= BESIDE_SPACING
-    beside &= np.abs(same_way) >= np.cos(np.radians(_BESIDE_DEG))
+    beside &= np.abs(same_way) >= cosine(np.radians(_BESIDE_DEG))
     beside &= lines.street[found] != samples.street[samples.piece[rows]][at]
     # The other street's edge that faces this one.
     faces = np.where((same_way > 0.0) == (sign > 0.0), -lines.right[found], lines.left[found])

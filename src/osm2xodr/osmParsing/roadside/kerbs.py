@@ -18,6 +18,8 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import (
     Table,
     blocks,
+    cosine,
+    hypot,
     join_tables,
     owners,
     ranks,
@@ -68,7 +70,7 @@ class WayPieces:
 
     def way_lengths(self, ways: int) -> FloatArray:
         """Return the lengths of so many ways, (ways,), m."""
-        step = np.hypot(*np.diff(self.points, axis=0).T)
+        step = hypot(*np.diff(self.points, axis=0).T)
         last = np.cumsum(self.count) - 1
         step[last[:-1]] = 0.0  # From one piece to the next
         length = np.add.reduceat(np.append(step, 0.0), last - self.count + 1)
@@ -235,12 +237,12 @@ def find_crossings(stations: Stations, segments: Segments) -> Crossings:
 def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments, in any order; `tree` has the places of the stations."""
     step = segments.end - segments.start
-    length = np.hypot(step[:, 0], step[:, 1])
+    length = hypot(step[:, 0], step[:, 1])
     parts = np.clip(np.ceil(length / _PART), 1.0, _PARTS_MAX).astype(np.int64)
     segment = repeated(parts)
     share = (ranks(parts) + 0.5) / parts[segment]
     middle = segments.start[segment] + share[:, None] * step[segment]
-    reach = float(np.hypot(KERB_REACH, _PART))
+    reach = float(hypot(KERB_REACH, _PART))
     near = tree.sparse_distance_matrix(cKDTree(middle), reach, output_type="ndarray")
     # Several parts of a segment may lie near a station.
     pairs = sorted_unique(near["i"].astype(np.int64) * len(parts) + segment[near["j"]])
@@ -255,7 +257,7 @@ def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossin
     at, of, left, one, other = at[row], of[row], left[row], one[row], other[row]
     share = one_ahead[row] / (one_ahead[row] - other_ahead[row])
     t = ((one + share[:, None] * (other - one)) * left).sum(axis=1)
-    along = np.abs(other_ahead[row] - one_ahead[row]) >= np.cos(np.radians(_ALONG_DEG)) * length[of]
+    along = np.abs(other_ahead[row] - one_ahead[row]) >= cosine(np.radians(_ALONG_DEG)) * length[of]
     return Crossings(at, segments.owner[of], t, along).chosen(np.abs(t) <= KERB_REACH)
 
 

@@ -9,7 +9,13 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import ranks, repeated, sorted_unique, starts
+from osm2xodr.curves import (
+    hypot,
+    ranks,
+    repeated,
+    sorted_unique,
+    starts,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
 
@@ -57,7 +63,7 @@ def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSa
     last[np.cumsum(counts) - 1] = True
     node = np.flatnonzero(~last)
     step = points[node + 1] - points[node]
-    length = np.hypot(step[:, 0], step[:, 1])
+    length = hypot(step[:, 0], step[:, 1])
     node, step, length = node[length > 0.0], step[length > 0.0], length[length > 0.0]
     parts = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64)
     segment = repeated(parts)

@@ -7,7 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import repeated, sorted_unique, unique_all
+from osm2xodr.curves import (
+    hypot,
+    repeated,
+    sorted_unique,
+    unique_all,
+)
 from osm2xodr.model import FloatArray, Footway, IntArray, RoadsideKind, RoadsideThing
 from osm2xodr.osmParsing.file import OtherWays, RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
@@ -126,6 +131,6 @@ def _add_way(
     if kind is RoadsideKind.BUS_STOP:
         # Of a platform's outline or line only the middle is kept.
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
-        nearest = int(np.argmin(np.hypot(*(points - middle).T)))
+        nearest = int(np.argmin(hypot(*(points - middle).T)))
         points, ids = middle, ids[nearest : nearest + 1]
     things.append(RoadsideThing(kind, f"way/{way.id}", points, ids, facts))

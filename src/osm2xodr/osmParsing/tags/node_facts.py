@@ -6,8 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
-
+from osm2xodr.curves import arctan2
 from osm2xodr.defaults import KERB_HEIGHT
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
@@ -192,7 +191,7 @@ def read_crossings(node_tags: Mapping[int, Tags], footways: Sequence[Footway]) -
         if node in ways:
             footway, at = ways[node]
             along = footway.points[min(at + 1, len(footway.points) - 1)] - footway.points[max(at - 1, 0)]
-            heading = float(np.arctan2(along[1], along[0]))
+            heading = float(arctan2(along[1], along[0]))
             out.append(_crossing(node, {**footway.tags, **tags}, heading))
         else:
             out.append(_crossing(node, tags, None))

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from pyproj import CRS, Transformer
 
+from osm2xodr.curves import hypot
 from osm2xodr.model import FloatArray
 from osm2xodr.projection import transformer_from
 
@@ -69,7 +70,7 @@ class GridFrame:
         """Return the length of one column and of one row at the middle of the grid, m."""
         col, row = 0.5 * (self.cols - 1), 0.5 * (self.rows - 1)
         x, y = self.positions(np.array([col - 0.5, col + 0.5, col, col]), np.array([row, row, row - 0.5, row + 0.5]))
-        return float(np.hypot(x[1] - x[0], y[1] - y[0])), float(np.hypot(x[3] - x[2], y[3] - y[2]))
+        return float(hypot(x[1] - x[0], y[1] - y[0])), float(hypot(x[3] - x[2], y[3] - y[2]))
 
     def cell_size(self) -> float:
         """Return the geometric mean of the lengths of a column and a row at the middle of the grid, m."""

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import hypot
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
@@ -51,7 +52,7 @@ def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> floa
         one, two = ((MAD_TO_SIGMA * float(np.median(np.abs(item - np.median(item))))) ** 2 for item in (near, far))
         white = (_RELIEF_GROWTH * one - two) / (_RELIEF_GROWTH - 1.0)
         scatter = _HIGH_PASS * float(np.sqrt(np.clip(white, 0.0, one)))
-    return float(np.hypot(max(usual, scatter), quantum / np.sqrt(12.0)))
+    return float(hypot(max(usual, scatter), quantum / np.sqrt(12.0)))
 
 
 def quantum_of(z: Cells, unit: float) -> float:
@@ -74,7 +75,7 @@ def _flat_residuals(z: Cells, steps: tuple[float, float]) -> tuple[FloatArray, F
     across = (near[[2, 5, 8]].sum(axis=0) - near[[0, 3, 6]].sum(axis=0)) / (6.0 * steps[0])
     along = (near[[6, 7, 8]].sum(axis=0) - near[[0, 1, 2]].sum(axis=0)) / (6.0 * steps[1])
     # Where something is unknown the comparison is false.
-    is_flat = np.hypot(across, along) < _FLAT_GRADE
+    is_flat = hypot(across, along) < _FLAT_GRADE
     one, middle = near[4, is_flat] - near[:, is_flat].mean(axis=0), middle[is_flat]
     del near
     far = _around(z, middle, 2)

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import hypot
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
@@ -78,7 +79,7 @@ def _wall_share(z: Cells, cell: float) -> float:
     if near.shape[1] < _SAMPLES_MIN:
         return 0.0
     middle, (west, east, north, south, far_west, far_east, far_north, far_south) = near[0], near[1:]
-    slope = np.hypot(far_east - far_west, far_south - far_north) / (2.0 * reach * cell)
+    slope = hypot(far_east - far_west, far_south - far_north) / (2.0 * reach * cell)
     gentle = slope < _GENTLE_GRADE
     bend = np.maximum(np.abs(west - 2.0 * middle + east), np.abs(north - 2.0 * middle + south))
     if np.count_nonzero(gentle) < _SAMPLES_MIN:
@@ -96,7 +97,7 @@ def _skewness(z: Cells, steps: tuple[float, float]) -> float:
     grid = near.reshape(5, 5, -1)
     across = (grid[:, 4].mean(axis=0) - grid[:, 0].mean(axis=0)) / (4.0 * steps[0])
     along = (grid[4].mean(axis=0) - grid[0].mean(axis=0)) / (4.0 * steps[1])
-    gentle: BoolArray = np.hypot(across, along) < _GENTLE_GRADE
+    gentle: BoolArray = hypot(across, along) < _GENTLE_GRADE
     # The median, which numpy finds several times faster where the numbers lie side by side.
     residual = near[12, gentle] - np.median(np.ascontiguousarray(near[:, gentle].T), axis=1)
     spread = float(np.sqrt(np.mean(residual**2))) if len(residual) >= _SAMPLES_MIN else 0.0

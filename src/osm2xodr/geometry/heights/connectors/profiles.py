@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import end_curvature, lengths, pose, profile_of
+from osm2xodr.curves import arctan2, cosine, end_curvature, lengths, pose, profile_of, sine, slope_of
 from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.connectors.easing import ease_profiles, largest_acceleration
@@ -46,7 +46,7 @@ def end_state(
     """Return height at t, m, and grade, along the connecting road, of the road ends it comes from or goes to."""
     z, grade = solution.end_z.ravel()[end], solution.end_grade.ravel()[end]
     if solution.end_superelevation is not None:
-        z = z + t * np.sin(solution.end_superelevation.ravel()[end])
+        z = z + t * sine(solution.end_superelevation.ravel()[end])
     along = (end % 2 == 1) if leaving else (end % 2 == 0)
     return z, np.where(along, grade, -grade)
 
@@ -120,7 +120,7 @@ def _uneven_profiles(
     """Return the profiles of connecting roads on surfaces that are not level."""
     along = _sample(connectors)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
-    junction, cos, sin = connectors.junction[along.curve], np.cos(hdg), np.sin(hdg)
+    junction, cos, sin = connectors.junction[along.curve], cosine(hdg), sine(hdg)
 
     def lay(more: Stations | None = None) -> tuple[_LaidHeights, FloatArray]:
         """Return the heights on surfaces that pass some more places, and the surfaces' slope across."""
@@ -262,11 +262,11 @@ def _fit_superelevation(
     zero = np.zeros(len(along.length))
     ends = _end_superelevation(solution, connectors)
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
-    begin, end = np.tan(ends)
+    begin, end = slope_of(ends)
     cross = cross + along.blend(reach, (begin - cross[first], zero, end - cross[last], zero))[0]
     cross[first], cross[last] = begin, end
     most, at_ends = _largest_twist(problem, connectors), _end_twist(connectors, solution, ends)
-    superelevation = _limit_twist(along, np.arctan(cross), most, ends)
+    superelevation = _limit_twist(along, arctan2(cross, 1.0), most, ends)
     superelevation[first], superelevation[last] = ends
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
     tilted = (_largest(along.start, np.abs(superelevation)) > tolerance) | ends.any(axis=0)

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, owners, runs
+from osm2xodr.curves import Table, cosine, hypot, owners, runs, sine, slope_of
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
@@ -87,10 +87,10 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     plane, origin = solution.junction_plane[junction[order]], problem.junction_xy[junction[order]]
     rise = plane[:, 1] * (x - origin[:, 0]) + plane[:, 2] * (y - origin[:, 1])
     height = solution.end_z.ravel()[order] - plane[:, 0] - rise
-    tilt = np.sin(hdg) * plane[:, 1] - np.cos(hdg) * plane[:, 2]
+    tilt = sine(hdg) * plane[:, 1] - cosine(hdg) * plane[:, 2]
     if solution.end_superelevation is not None:
-        tilt = tilt + np.tan(solution.end_superelevation.ravel()[order])
-    grade = solution.end_grade.ravel()[order] - np.cos(hdg) * plane[:, 1] - np.sin(hdg) * plane[:, 2]
+        tilt = tilt + slope_of(solution.end_superelevation.ravel()[order])
+    grade = solution.end_grade.ravel()[order] - cosine(hdg) * plane[:, 1] - sine(hdg) * plane[:, 2]
     low, high = np.minimum(low[order], -_NARROWEST), np.maximum(high[order], _NARROWEST)
     return _Arms(start, x, y, hdg, low, high, height, tilt, grade)
 
@@ -130,7 +130,7 @@ def junction_surfaces(
     if more is not None:
         stations = stations.joined(_beyond_planes(more, planes, origin))
         stations = stations.chosen(np.argsort(stations.junction, kind="stable"))
-    x, y, cos, sin = stations.x, stations.y, np.cos(stations.hdg), np.sin(stations.hdg)
+    x, y, cos, sin = stations.x, stations.y, cosine(stations.hdg), sine(stations.hdg)
     height, grade = stations.height, stations.grade
     start = np.searchsorted(stations.junction, np.arange(len(planes) + 1)).astype(np.int64)
     height_weight, grade_weight = np.zeros((2, len(x)))
@@ -150,7 +150,7 @@ def _stations_at_arms(arms: _Arms) -> Stations:
     """Return the stations across the ends of arms; heights and grades are those beyond the planes'."""
     share = np.array(_STATIONS)
     t = arms.low[:, None] + (arms.high - arms.low)[:, None] * share
-    cos, sin = np.cos(arms.hdg)[:, None], np.sin(arms.hdg)[:, None]
+    cos, sin = cosine(arms.hdg)[:, None], sine(arms.hdg)[:, None]
     junction = np.repeat(owners(arms.start), len(share))
     hdg, grade = np.repeat(arms.hdg, len(share)), np.repeat(arms.grade, len(share))
     x, y, height = arms.x[:, None] - sin * t, arms.y[:, None] + cos * t, arms.height[:, None] + arms.tilt[:, None] * t
@@ -161,7 +161,7 @@ def _beyond_planes(stations: Stations, planes: FloatArray, origin: FloatArray) -
     """Return stations less the height and the grade of their junctions' planes, (J, 3), about origins (J, 2)."""
     z, gx, gy = planes[stations.junction].T
     dx, dy = (np.column_stack([stations.x, stations.y]) - origin[stations.junction]).T
-    grade = gx * np.cos(stations.hdg) + gy * np.sin(stations.hdg)
+    grade = gx * cosine(stations.hdg) + gy * sine(stations.hdg)
     return replace(stations, height=stations.height - z - gx * dx - gy * dy, grade=stations.grade - grade)
 
 
@@ -171,7 +171,7 @@ def _solve_kernels(
     """Return the weights, (j, 2 n + 3), of surfaces that have heights and grades at stations, all (j, n)."""
     junctions, n = x.shape
     dx, dy = x[:, :, None] - x[:, None, :], y[:, :, None] - y[:, None, :]
-    r = np.hypot(dx, dy)
+    r = hypot(dx, dy)
     here = dx * cos[:, :, None] + dy * sin[:, :, None]
     there = dx * cos[:, None, :] + dy * sin[:, None, :]
     turn = cos[:, :, None] * cos[:, None, :] + sin[:, :, None] * sin[:, None, :]
@@ -212,7 +212,7 @@ def _some_heights(
     z = plane[:, 0] + plane[:, 1] * dx + plane[:, 2] * dy
     place, k = np.repeat(np.arange(len(x)), count), runs(surfaces.start[junction], count)
     dx, dy = (x[place] - surfaces.x[k]) / _UNIT, (y[place] - surfaces.y[k]) / _UNIT
-    r, along = np.hypot(dx, dy), surfaces.cos[k] * dx + surfaces.sin[k] * dy
+    r, along = hypot(dx, dy), surfaces.cos[k] * dx + surfaces.sin[k] * dy
     height, grade = 3.0 * surfaces.height_weight[k], -3.0 * surfaces.grade_weight[k]
     # Of r³ and of its derivative along the arm, 3 r a.
     radial = height * r + grade * along / np.where(r > 0, r, 1.0)

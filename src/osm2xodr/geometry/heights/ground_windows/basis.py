@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from osm2xodr.curves import cosine
 from osm2xodr.model import FloatArray, IntArray
 
 Single = npt.NDArray[np.float32]
@@ -33,7 +34,7 @@ def _cosines() -> FloatArray:
     """Return the orthonormal discrete cosine transform (DCT-II) of a window's values, (SIZE, SIZE)."""
     wave, place = np.arange(SIZE)[:, None], np.arange(SIZE) + 0.5
     scale = np.where(wave == 0, np.sqrt(1.0 / SIZE), np.sqrt(2.0 / SIZE))
-    return np.asarray(scale * np.cos(np.pi / SIZE * (wave * place)))
+    return np.asarray(scale * cosine(np.pi / SIZE * (wave * place)))
 
 
 def wave_numbers() -> FloatArray:
@@ -73,7 +74,7 @@ class Basis:
         self._cosines = _cosines().astype(np.float32)
         self._sines = np.ascontiguousarray(self._cosines.T)
         # From values to the coefficients of the cubic B-spline through them: a filter (1/6, 4/6, 1/6) undone.
-        spline = 6.0 / (4.0 + 2.0 * np.cos(np.pi * np.arange(SIZE) / SIZE))
+        spline = 6.0 / (4.0 + 2.0 * cosine(np.pi * np.arange(SIZE) / SIZE))
         self.to_spline = (spline[:, None] * spline[None, :]).astype(np.float32)
         self._rings = Rings(self.k, 2 * np.pi / (_SHORTEST_WAVE * cell), _BANDS)
         self._log_a = np.arange(*_LOG_A)

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
-from osm2xodr.curves import lengths
+from osm2xodr.curves import arctan2, cosine, lengths, sine
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
@@ -169,8 +169,8 @@ def road_superelevation(
             f"no motorway or trunk road lies on an elevation model of the ground with cells of {cell} or less: no "
             "superelevation was written",
         )
-    value = np.arctan(np.clip(knots[:, 0], -defaults.CROSSFALL_MAX, defaults.CROSSFALL_MAX))
-    turn = np.where(np.abs(knots[:, 0]) <= defaults.CROSSFALL_MAX, knots[:, 1] * np.cos(value) ** 2, 0.0)
+    value = arctan2(np.clip(knots[:, 0], -defaults.CROSSFALL_MAX, defaults.CROSSFALL_MAX), 1.0)
+    turn = np.where(np.abs(knots[:, 0]) <= defaults.CROSSFALL_MAX, knots[:, 1] * cosine(value) ** 2, 0.0)
     value, turn = np.round(value, defaults.RECORD_DECIMALS), np.round(turn, defaults.RECORD_SLOPE_DECIMALS)
     tilted = np.maximum.reduceat(np.abs(value), elements.knot_start[:-1]) > 0
     tolerance = defaults.CROSSFALL_TOLERANCE
@@ -201,8 +201,8 @@ def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[Flo
     middle = problem.span_middle[span] if problem.span_middle is not None else np.zeros(len(span))
     half = np.maximum(0.5 * width - _EDGE, defaults.CROSSFALL_HALF_WIDTH_MIN)
     t = middle[:, None] + half[:, None] * np.linspace(-1.0, 1.0, _ACROSS)
-    x = samples.x[use, None] - np.sin(samples.hdg[use, None]) * t
-    y = samples.y[use, None] + np.cos(samples.hdg[use, None]) * t
+    x = samples.x[use, None] - sine(samples.hdg[use, None]) * t
+    y = samples.y[use, None] + cosine(samples.hdg[use, None]) * t
     z, measured = surface.heights(x.ravel(), y.ravel())
     quality = surface.quality(samples.x[use], samples.y[use])
     z = z.reshape(t.shape)

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, profile_of, smooth_cubic
+from osm2xodr.curves import arctan2, cosine, hypot, lengths, profile_of, sine, smooth_cubic
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, end_spans, span_sides
@@ -33,7 +33,7 @@ def sloping_junctions(problem: ProfileProblem, surface: Surface) -> BoolArray:
         return np.zeros(len(x), bool)
     steps = ((_REACH, 0.0), (-_REACH, 0.0), (0.0, _REACH), (0.0, -_REACH))
     east, west, north, south = (surface.heights(x + dx, y + dy)[0] for dx, dy in steps)
-    return np.asarray(np.hypot(east - west, north - south) > 2.0 * _REACH * _LEAST_SLOPE)
+    return np.asarray(hypot(east - west, north - south) > 2.0 * _REACH * _LEAST_SLOPE)
 
 
 def longest_warp(problem: ProfileProblem) -> FloatArray:
@@ -65,13 +65,13 @@ def warp_ends(problem: ProfileProblem, planes: FloatArray) -> FloatArray:
     hdg = end_poses(problem)[2].reshape(junction.shape)
     at = at_junctions(problem.warped, junction)
     gx, gy = planes[junction, 1], planes[junction, 2]
-    slope = np.where(at, np.clip(np.cos(hdg) * gy - np.sin(hdg) * gx, -defaults.WARP_MAX, defaults.WARP_MAX), 0.0)
+    slope = np.where(at, np.clip(cosine(hdg) * gy - sine(hdg) * gx, -defaults.WARP_MAX, defaults.WARP_MAX), 0.0)
     most, change = longest_warp(problem), slope[:, 1] - slope[:, 0]
     excess = change - np.clip(change, -most, most)
     # Ends that are not warped stay as they are.
     count = np.maximum(at.sum(axis=1), 1)
     slope += np.where(at, np.column_stack([excess, -excess]) / count[:, None], 0.0)
-    return np.asarray(np.round(np.arctan(slope), defaults.RECORD_DECIMALS))
+    return np.asarray(np.round(arctan2(slope, 1.0), defaults.RECORD_DECIMALS))
 
 
 def warp_profiles(problem: ProfileProblem, ends: FloatArray) -> CubicProfile | None:

@@ -1,0 +1,4 @@
+cimport cython
+
+@cython.locals(rest=double)
+cpdef void eliminate(double[:, :] matrix, double[:] out) noexcept nogil
