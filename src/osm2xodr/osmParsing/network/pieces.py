@@ -53,7 +53,7 @@ _CROWD_BLOCK: Final = 1_000_000
 # many for each end that meets two and more. Choices: the edges of 24 extracts measure 11 to 76 m in the mean; the
 # sparsest maps are those of prairies, with streets every mile that have no nodes but where they cross.
 _SPARSE_FROM: Final = 3e6
-_SPARSE_EDGE: Final = 500.0
+_SPARSE_EDGE: Final = 200.0
 _SPARSE_END: Final = 1000.0
 # Mean radius of the Earth (IUGG), m.
 _EARTH_RADIUS: Final = 6371.0088e3
