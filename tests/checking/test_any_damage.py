@@ -11,6 +11,7 @@ from lxml import etree
 from t_junction import Tree, sound_tree
 
 from osm2xodr.checking import FORMATS, READERS, CheckOptions, Severity, check_file
+from osm2xodr.errors import InputError
 
 VALUES = ("nan", "-1", "0", "1e300", "inf", "x", "", "-7", "999999999999", "3", "1e-9", "end", "road", "junction")
 CHANGES = 12
@@ -41,7 +42,12 @@ def test_it_is_reported(seed: int, tmp_path: Path) -> None:
     damage(tree, random.Random(seed))
     path = tmp_path / "damaged.xodr"
     path.write_bytes(etree.tostring(tree))
-    result = check_file(path, CheckOptions(readers=READERS, ignore=("schema",)))
+    try:
+        result = check_file(path, CheckOptions(readers=READERS, ignore=("schema",)))
+    except InputError as error:
+        # Lanes of kilometres are refused as a whole: too much would have to be compared.
+        assert "a sound file can have" in str(error)  # noqa: PT017 - most damage can be read
+        return
     assert result.failed(Severity.WARNING)
     for write in FORMATS.values():
         assert len(write([result], Severity.WARNING)) > 100

@@ -176,6 +176,7 @@ def arccosine(x: npt.ArrayLike) -> FloatArray:
 
 
 def hypot(x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
-    """Return the lengths of vectors of any shape."""
+    """Return the lengths of vectors of any shape; infinite where their squares are."""
     one, other = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    return np.asarray(np.sqrt(one * one + other * other))
+    with np.errstate(over="ignore"):
+        return np.asarray(np.sqrt(one * one + other * other))

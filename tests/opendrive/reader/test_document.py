@@ -390,7 +390,12 @@ _ELEMENTS = [match.span() for match in re.finditer(r"<(?!/|\?|!|OpenDRIVE)[^<>]*
     st.sampled_from(["", "x", "nan", "-inf", "1e999", "-1", "0", "99999999999999999999", "1_0", "\u0663"]),
 )
 def test_no_value_makes_it_fail(tmp_path_factory: pytest.TempPathFactory, span: tuple[int, int], value: str) -> None:
-    file = read_text(tmp_path_factory.mktemp("value"), _SOUND[: span[0]] + value + _SOUND[span[1] :])
+    try:
+        file = read_text(tmp_path_factory.mktemp("value"), _SOUND[: span[0]] + value + _SOUND[span[1] :])
+    except InputError as error:
+        # A width of 3.5 m that grows by 10 m each metre.
+        assert "a sound file can have" in str(error)  # noqa: PT017 - all others can be read
+        return
     assert len(file.roads.id) == 1
 
 

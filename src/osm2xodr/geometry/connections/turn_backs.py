@@ -8,6 +8,8 @@ wins. What a way costs also counts its length, how sharp it is, and whether it m
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -68,6 +70,8 @@ _SHARE_OF_HALF: Final = 0.96
 _MEET: Final = 0.06
 _MARGIN: Final = 0.1
 _ROUNDS: Final = 3
+# So many ways are looked at together.
+_AT_ONCE: Final = 32
 # Ways back are balloons if they are longer than this, m, and turn forth and back by more than this, rad. Choices.
 _BALLOON: Final = 40.0
 _SWINGS: Final = 0.1
@@ -103,21 +107,17 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
     for one, other in zip(*connecting.there_and_back(), strict=True):
         partner[one], partner[other] = other, one
     begin, end = curve_ends(plan, rows)
-    ways: dict[int, PlanView] = {}
-    cost: dict[int, FloatArray] = {}
-    for k, row in enumerate(rows.tolist()):
-        ways[row] = stack_plan_views(chosen_curves(plan, rows[k : k + 1]), _ways(_pose(begin, k), _pose(end, k)))
-        cost[row] = _cost(ground.own_tarmac(row, ways[row]), ways[row])
+    ways = {
+        row: _Ways(ground, row, chosen_curves(plan, rows[k : k + 1]), _pose(begin, k), _pose(end, k))
+        for k, row in enumerate(rows.tolist())
+    }
     # Two that turn round the same nose are chosen in turns, the inner one first.
     drawn: dict[int, PlanView] = {}
     for _ in range(_ROUNDS):
         for row in rows[np.lexsort((rows, lanes_apart(begin, end)))].tolist():
             beside = drawn.get(int(partner[row]))
-            if row in drawn and beside is None:
-                continue
-            meeting = 0.0 if beside is None else _PER_MEETING * _meeting(ways[row], beside)
-            best = int(np.argmin(np.round(cost[row] + meeting, 3)))
-            drawn[row] = chosen_curves(ways[row], np.array([best]))
+            if row not in drawn or beside is not None:
+                drawn[row] = ways[row].cheapest(beside)
     new = stack_plan_views(*(drawn[row] for row in rows.tolist()))
     plan = replace_curves(plan, rows, new, np.arange(len(rows)))
     return replace(connecting, plan_view=plan, length=lengths(plan))
@@ -126,15 +126,6 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
 def _pose(poses: Poses, k: int) -> _Pose:
     x, y, hdg = poses
     return float(x[k]), float(y[k]), float(hdg[k])
-
-
-def _cost(own: FloatArray, ways: PlanView) -> FloatArray:
-    """Return what ways cost without their meeting others; `own` is the tarmac that they alone need, (ways,), m²."""
-    length, radius = lengths(ways), smallest_radius(ways)
-    cost = own + _PER_OWN_BEYOND * np.maximum(own - _OWN, 0.0) + _PER_LENGTH * length
-    cost += _PER_SWING * _swing(ways)
-    cost += _PER_LENGTH_BEYOND * np.maximum(length - _LONGEST, 0.0)
-    return np.asarray(cost + _PER_SHARPNESS * np.maximum(U_TURN_RADIUS - radius, 0.0))
 
 
 def _swing(plan: PlanView) -> FloatArray:
@@ -221,39 +212,92 @@ def _meeting(ways: PlanView, other: PlanView) -> FloatArray:
     return np.asarray(np.maximum(CAR_WIDTH + _MARGIN - near, 0.0))
 
 
-def _ways(begin: _Pose, end: _Pose) -> PlanView:
-    """Return ways that turn back from one pose to another."""
+class _Ways:
+    """The ways that may take the place of a road that turns back, the cheapest but for tarmac and meetings first."""
+
+    def __init__(self, ground: _Ground, row: int, now: PlanView, begin: _Pose, end: _Pose) -> None:
+        self._ground, self._row, self._begin = ground, row, begin
+        length, curvature = _pieces(begin, end)
+        cost = _cost(
+            length.sum(axis=1),
+            1.0 / np.abs(np.where(length > 0.0, curvature, 0.0)).max(axis=1, initial=1e-9),
+            np.abs(length * curvature).sum(axis=1) - np.abs((length * curvature).sum(axis=1)),
+        )
+        order = np.argsort(np.round(cost, 6), kind="stable")
+        self._length, self._curvature, self._bounds = length[order], curvature[order], cost[order]
+        # What has been looked at: curves, and what they cost but for meetings.
+        self._plans = [now]
+        self._costs = [_cost(lengths(now), smallest_radius(now), _swing(now)) + self._of_ground(now)]
+        self._next = 0
+
+    def cheapest(self, beside: PlanView | None) -> PlanView:
+        """Return the way that costs least, with the way back `beside` it."""
+        best, found = math.inf, self._plans[0]
+        for k in itertools.count():
+            if k == len(self._plans):
+                if self._next == len(self._bounds) or self._bounds[self._next] >= best:
+                    return found
+                self._look_at_more()
+            plan, cost = self._plans[k], self._costs[k]
+            if beside is not None:
+                cost = cost + _PER_MEETING * _meeting(plan, beside)
+            place = int(np.argmin(np.round(cost, 3)))
+            if round(float(cost[place]), 3) < best:
+                best, found = round(float(cost[place]), 3), chosen_curves(plan, np.array([place]))
+        raise AssertionError
+
+    def _look_at_more(self) -> None:
+        part = slice(self._next, self._next + _AT_ONCE)
+        length, curvature = self._length[part], self._curvature[part]
+        x, y, hdg = (np.full(len(length), v) for v in self._begin)
+        # Lines that go on as lines become one record: checkers call two redundant.
+        curves = curves_of(x, y, hdg, length, curvature)
+        plan = chain_curves(curves, np.arange(len(curves.start)))
+        self._plans.append(plan)
+        self._costs.append(self._bounds[part] + self._of_ground(plan))
+        self._next = min(part.stop, len(self._bounds))
+
+    def _of_ground(self, plan: PlanView) -> FloatArray:
+        own = self._ground.own_tarmac(self._row, plan)
+        return np.asarray(own + _PER_OWN_BEYOND * np.maximum(own - _OWN, 0.0))
+
+
+def _cost(length: FloatArray, radius: FloatArray, swing: FloatArray) -> FloatArray:
+    """Return what ways cost by their length, smallest radius, m, and swing, rad, (ways,)."""
+    cost = _PER_LENGTH * length + _PER_SWING * swing
+    cost += _PER_LENGTH_BEYOND * np.maximum(length - _LONGEST, 0.0)
+    return np.asarray(cost + _PER_SHARPNESS * np.maximum(U_TURN_RADIUS - radius, 0.0))
+
+
+def _pieces(begin: _Pose, end: _Pose) -> tuple[FloatArray, FloatArray]:
+    """Return lengths and curvatures, (ways, 5), of ways that turn back from one pose to another."""
     (x0, y0, h0), (x1, y1, h1) = begin, end
     # Seen from the start, with the end on the left.
-    cos, sin = np.cos(h0), np.sin(h0)
-    x, y = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
+    x, y = _seen_along(h0, np.array(x1 - x0), np.array(y1 - y0))
     side = 1.0 if y > 0 else -1.0
     back = float(wrapped(np.array(side * (h1 - h0) - np.pi)))
-    swinging = (_swinging(r, x, abs(y), back, side, begin) for r in _RADII)
-    return stack_plan_views(*swinging, _straight_on(x, abs(y), begin, end))
+    swinging, straight = _swinging(float(x), abs(float(y)), back), _straight_on(float(x), abs(float(y)), begin, end)
+    length = np.concatenate([swinging[0], straight[0]])
+    return length, np.concatenate([side * swinging[1], straight[1]])
 
 
-def _swinging(r: float, x: float, y: float, back: float, side: float, begin: _Pose) -> PlanView:
-    """Return ways that go straight on, swing out, turn, swing in again, and go straight on to the end.
+def _swinging(x: float, y: float, back: float) -> tuple[FloatArray, FloatArray]:
+    """Return ways to the left that go straight on, swing out, turn, swing in again, and go straight on to the end.
 
-    The end is ahead of the start by `x` and beside it by `y`, m, with the opposite heading but for `back`, rad; the
-    radius is `r`, m.
+    The end is ahead of the start by `x` and beside it by `y`, m, with the opposite heading but for `back`, rad.
     """
-    cx = max(x, 0.0) + np.arange(0.0, _FARTHEST, _SPACING)
+    ahead, radius = np.meshgrid(max(x, 0.0) + np.arange(0.0, _FARTHEST, _SPACING), _RADII)
     # Where the circle of the turn touches the line through the end, and where that through the start.
-    low = y + np.tan(back) * (cx - x) - r / np.cos(back)
-    cx, low = cx[low <= r], low[low <= r]
-    cy = (low[:, None] + (r - low)[:, None] * np.linspace(0.0, 1.0, _ACROSS)).ravel()
-    cx = np.repeat(cx, _ACROSS)
-    ahead, beside = _seen_along(back, cx - x, cy - y)
+    low = y + np.tan(back) * (ahead - x) - radius / np.cos(back)
+    some = low <= radius
+    cx, r, low = (np.repeat(column[some], _ACROSS) for column in (ahead, radius, low))
+    cy = low + (r - low) * np.tile(np.linspace(0.0, 1.0, _ACROSS), int(some.sum()))
+    along, beside = _seen_along(back, cx - x, cy - y)
     out, into = (np.arccos(np.clip((v + r) / (2 * r), -1.0, 1.0)) for v in (cy, -beside))
-    before, after = cx - 2 * r * np.sin(out), ahead - 2 * r * np.sin(into)
-    turn = np.pi + back + out + into
+    before, after = cx - 2 * r * np.sin(out), along - 2 * r * np.sin(into)
     good = (before >= 0.0) & (after >= 0.0) & (out + into < MOST_SWING_BACK / 2)
-    length = np.column_stack([before, r * out, r * turn, r * into, after])[good]
-    curvature = np.tile(side / r * np.array([0.0, -1.0, 1.0, -1.0, 0.0]), (len(length), 1))
-    x0, y0, hdg0 = (np.full(len(length), v) for v in begin)
-    return _without_slivers(curves_of(x0, y0, hdg0, length, curvature))
+    length = np.column_stack([before, r * out, r * (np.pi + back + out + into), r * into, after])[good]
+    return length, np.array([0.0, -1.0, 1.0, -1.0, 0.0]) / r[good][:, None]
 
 
 def _seen_along(hdg: float, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -261,7 +305,7 @@ def _seen_along(hdg: float, x: FloatArray, y: FloatArray) -> tuple[FloatArray, F
     return x * np.cos(hdg) + y * np.sin(hdg), y * np.cos(hdg) - x * np.sin(hdg)
 
 
-def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> PlanView:
+def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> tuple[FloatArray, FloatArray]:
     """Return ways that go straight on, turn by the shortest curve, and go straight on to the end."""
     half = min(max(_SHARE_OF_HALF * y / 2, U_TURN_RADIUS), U_TURN_RADIUS_MAX)
     radii = [half, *(r for r in _RADII if U_TURN_RADIUS <= r < half)]
@@ -279,10 +323,4 @@ def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> PlanView:
     owner = repeated(count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
-    found = count > 0
-    return _without_slivers(curves_of(x0[found], y0[found], hdg0[found], pieces[found], curvature[found]))
-
-
-def _without_slivers(plan: PlanView) -> PlanView:
-    """Return curves whose lines that go on as lines are one record: checkers call two redundant."""
-    return chain_curves(plan, np.arange(len(plan.start)))
+    return pieces[count > 0], curvature[count > 0]

@@ -29,7 +29,7 @@ _FARTHEST: Final = 1e9
 
 def refuse_crowds(file: OpenDrive) -> None:
     """Raise `InputError`, with the road, where too many roads lie on each other, or they cover too much."""
-    length = np.nan_to_num(file.roads.length)
+    length = np.maximum(np.nan_to_num(file.roads.length), 0.0)
     count = np.where(np.diff(file.plan_view.start) > 0, np.ceil(length / _STEP), 0.0).astype(np.int64)
     road = repeated(count)
     s = (ranks(count) + 0.5) * np.repeat(length / np.maximum(count, 1), count)
