@@ -33,6 +33,7 @@ from osm2xodr.curves import (
     smallest_radius,
     sorted_unique,
     stack_plan_views,
+    starts,
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING_BACK
@@ -107,10 +108,15 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
     for one, other in zip(*connecting.there_and_back(), strict=True):
         partner[one], partner[other] = other, one
     begin, end = curve_ends(plan, rows)
-    ways = {
-        row: _Ways(ground, row, chosen_curves(plan, rows[k : k + 1]), _pose(begin, k), _pose(end, k))
-        for k, row in enumerate(rows.tolist())
-    }
+    first, length, curvature = _pieces(begin, end)
+    ways = {}
+    for k, row in enumerate(rows.tolist()):
+        part = slice(int(first[k]), int(first[k + 1]))
+        now, start = (
+            chosen_curves(plan, rows[k : k + 1]),
+            (float(begin[0][k]), float(begin[1][k]), float(begin[2][k])),
+        )
+        ways[row] = _Ways(ground, row, now, start, length[part], curvature[part])
     # Two that turn round the same nose are chosen in turns, the inner one first.
     drawn: dict[int, PlanView] = {}
     for _ in range(_ROUNDS):
@@ -121,11 +127,6 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
     new = stack_plan_views(*(drawn[row] for row in rows.tolist()))
     plan = replace_curves(plan, rows, new, np.arange(len(rows)))
     return replace(connecting, plan_view=plan, length=lengths(plan))
-
-
-def _pose(poses: Poses, k: int) -> _Pose:
-    x, y, hdg = poses
-    return float(x[k]), float(y[k]), float(hdg[k])
 
 
 def _swing(plan: PlanView) -> FloatArray:
@@ -201,23 +202,26 @@ class _Ground:
         return np.asarray(bare.mean(axis=1) * length)
 
 
-def _meeting(ways: PlanView, other: PlanView) -> FloatArray:
-    """Return what the distance of ways to another curve lacks of a car's width, (ways,), m."""
-    n, length = len(ways.start) - 1, lengths(ways)
-    inner = [np.linspace(_MEET, 1.0 - _MEET, places) for places in (_ALONG, 2 * _ALONG)]
-    x, y, _ = pose(ways, np.repeat(np.arange(n), _ALONG), (length[:, None] * inner[0]).ravel())
-    far = float(lengths(other)[0]) * inner[1]
-    other_x, other_y, _ = pose(other, np.zeros(len(far), np.int64), far)
-    near = np.hypot(x[:, None] - other_x, y[:, None] - other_y).min(axis=1).reshape(n, -1).min(axis=1)
-    return np.asarray(np.maximum(CAR_WIDTH + _MARGIN - near, 0.0))
+def _places(plan: PlanView, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return x and y of so many places along curves, but near their ends, (curves, count), m."""
+    n, share = len(plan.start) - 1, np.linspace(_MEET, 1.0 - _MEET, count)
+    x, y, _ = pose(plan, np.repeat(np.arange(n), count), (lengths(plan)[:, None] * share).ravel())
+    return x.reshape(n, count), y.reshape(n, count)
+
+
+def _meeting(x: FloatArray, y: FloatArray, other_x: FloatArray, other_y: FloatArray) -> FloatArray:
+    """Return what the distance of places on ways, (ways, k), to those on another one lacks of a car's width, m."""
+    square = (x[..., None] - other_x) ** 2 + (y[..., None] - other_y) ** 2
+    return np.asarray(np.maximum(CAR_WIDTH + _MARGIN - np.sqrt(square.min(axis=(1, 2))), 0.0))
 
 
 class _Ways:
     """The ways that may take the place of a road that turns back, the cheapest but for tarmac and meetings first."""
 
-    def __init__(self, ground: _Ground, row: int, now: PlanView, begin: _Pose, end: _Pose) -> None:
+    def __init__(
+        self, ground: _Ground, row: int, now: PlanView, begin: _Pose, length: FloatArray, curvature: FloatArray
+    ) -> None:
         self._ground, self._row, self._begin = ground, row, begin
-        length, curvature = _pieces(begin, end)
         cost = _cost(
             length.sum(axis=1),
             1.0 / np.abs(np.where(length > 0.0, curvature, 0.0)).max(axis=1, initial=1e-9),
@@ -226,24 +230,29 @@ class _Ways:
         order = np.argsort(np.round(cost, 6), kind="stable")
         self._length, self._curvature, self._bounds = length[order], curvature[order], cost[order]
         # What has been looked at: curves, and what they cost but for meetings.
-        self._plans = [now]
+        self._plans, self._places = [now], [_places(now, _ALONG)]
         self._costs = [_cost(lengths(now), smallest_radius(now), _swing(now)) + self._of_ground(now)]
         self._next = 0
 
     def cheapest(self, beside: PlanView | None) -> PlanView:
         """Return the way that costs least, with the way back `beside` it."""
         best, found = math.inf, self._plans[0]
+        others = (np.zeros((1, 0)),) * 2 if beside is None else _places(beside, 2 * _ALONG)
         for k in itertools.count():
             if k == len(self._plans):
                 if self._next == len(self._bounds) or self._bounds[self._next] >= best:
                     return found
                 self._look_at_more()
-            plan, cost = self._plans[k], self._costs[k]
+            some = np.flatnonzero(np.round(self._costs[k], 3) < best)
+            if not len(some):
+                continue
+            cost = self._costs[k][some]
             if beside is not None:
-                cost = cost + _PER_MEETING * _meeting(plan, beside)
+                x, y = self._places[k]
+                cost = cost + _PER_MEETING * _meeting(x[some], y[some], *others)
             place = int(np.argmin(np.round(cost, 3)))
             if round(float(cost[place]), 3) < best:
-                best, found = round(float(cost[place]), 3), chosen_curves(plan, np.array([place]))
+                best, found = round(float(cost[place]), 3), chosen_curves(self._plans[k], some[place : place + 1])
         raise AssertionError
 
     def _look_at_more(self) -> None:
@@ -254,6 +263,7 @@ class _Ways:
         curves = curves_of(x, y, hdg, length, curvature)
         plan = chain_curves(curves, np.arange(len(curves.start)))
         self._plans.append(plan)
+        self._places.append(_places(plan, _ALONG))
         self._costs.append(self._bounds[part] + self._of_ground(plan))
         self._next = min(part.stop, len(self._bounds))
 
@@ -269,51 +279,59 @@ def _cost(length: FloatArray, radius: FloatArray, swing: FloatArray) -> FloatArr
     return np.asarray(cost + _PER_SHARPNESS * np.maximum(U_TURN_RADIUS - radius, 0.0))
 
 
-def _pieces(begin: _Pose, end: _Pose) -> tuple[FloatArray, FloatArray]:
-    """Return lengths and curvatures, (ways, 5), of ways that turn back from one pose to another."""
-    (x0, y0, h0), (x1, y1, h1) = begin, end
+def _pieces(begin: Poses, end: Poses) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return lengths and curvatures, (ways, 5), of ways that turn back from poses to others, and each one's first."""
     # Seen from the start, with the end on the left.
-    x, y = _seen_along(h0, np.array(x1 - x0), np.array(y1 - y0))
-    side = 1.0 if y > 0 else -1.0
-    back = float(wrapped(np.array(side * (h1 - h0) - np.pi)))
-    swinging, straight = _swinging(float(x), abs(float(y)), back), _straight_on(float(x), abs(float(y)), begin, end)
-    length = np.concatenate([swinging[0], straight[0]])
-    return length, np.concatenate([side * swinging[1], straight[1]])
+    x, y = _seen_along(begin[2], end[0] - begin[0], end[1] - begin[1])
+    side = np.where(y > 0, 1.0, -1.0)
+    back = np.asarray(wrapped(side * (end[2] - begin[2]) - np.pi))
+    row, length, curvature = _swinging(x, np.abs(y), back)
+    others = _straight_on(x, np.abs(y), begin, end)
+    row = np.concatenate([row, others[0]])
+    length = np.concatenate([length, others[1]])
+    curvature = np.concatenate([curvature * side[row[: len(curvature)], None], others[2]])
+    order = np.argsort(row, kind="stable")
+    return starts(np.bincount(row, minlength=len(x))), length[order], curvature[order]
 
 
-def _swinging(x: float, y: float, back: float) -> tuple[FloatArray, FloatArray]:
+def _swinging(x: FloatArray, y: FloatArray, back: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return ways to the left that go straight on, swing out, turn, swing in again, and go straight on to the end.
 
-    The end is ahead of the start by `x` and beside it by `y`, m, with the opposite heading but for `back`, rad.
+    The ends are ahead of the starts by `x` and beside them by `y`, m, with the opposite heading but for `back`, rad,
+    all (n,). Also which of these each way is for.
     """
-    ahead, radius = np.meshgrid(max(x, 0.0) + np.arange(0.0, _FARTHEST, _SPACING), _RADII)
+    row, radius, ahead = np.meshgrid(np.arange(len(x)), _RADII, np.arange(0.0, _FARTHEST, _SPACING), indexing="ij")
+    cx = np.maximum(x, 0.0)[row] + ahead
     # Where the circle of the turn touches the line through the end, and where that through the start.
-    low = y + np.tan(back) * (ahead - x) - radius / np.cos(back)
+    low = y[row] + np.tan(back)[row] * (cx - x[row]) - radius / np.cos(back)[row]
     some = low <= radius
-    cx, r, low = (np.repeat(column[some], _ACROSS) for column in (ahead, radius, low))
+    row, cx, r, low = (np.repeat(column[some], _ACROSS) for column in (row, cx, radius, low))
     cy = low + (r - low) * np.tile(np.linspace(0.0, 1.0, _ACROSS), int(some.sum()))
-    along, beside = _seen_along(back, cx - x, cy - y)
+    along, beside = _seen_along(back[row], cx - x[row], cy - y[row])
     out, into = (np.arccos(np.clip((v + r) / (2 * r), -1.0, 1.0)) for v in (cy, -beside))
     before, after = cx - 2 * r * np.sin(out), along - 2 * r * np.sin(into)
     good = (before >= 0.0) & (after >= 0.0) & (out + into < MOST_SWING_BACK / 2)
-    length = np.column_stack([before, r * out, r * (np.pi + back + out + into), r * into, after])[good]
-    return length, np.array([0.0, -1.0, 1.0, -1.0, 0.0]) / r[good][:, None]
+    length = np.column_stack([before, r * out, r * (np.pi + back[row] + out + into), r * into, after])[good]
+    return row[good], length, np.array([0.0, -1.0, 1.0, -1.0, 0.0]) / r[good][:, None]
 
 
-def _seen_along(hdg: float, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return coordinates in a frame with this heading."""
+def _seen_along(hdg: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return coordinates in frames with these headings."""
     return x * np.cos(hdg) + y * np.sin(hdg), y * np.cos(hdg) - x * np.sin(hdg)
 
 
-def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> tuple[FloatArray, FloatArray]:
-    """Return ways that go straight on, turn by the shortest curve, and go straight on to the end."""
-    half = min(max(_SHARE_OF_HALF * y / 2, U_TURN_RADIUS), U_TURN_RADIUS_MAX)
-    radii = [half, *(r for r in _RADII if U_TURN_RADIUS <= r < half)]
-    ahead, radius = np.meshgrid(np.arange(0.0, _FARTHEST, _SPACING), radii)
-    before, radius = (max(x, 0.0) + ahead).ravel(), radius.ravel()
-    n, after = len(before), before - x
-    x0, y0, hdg0 = (np.full(n, v) for v in begin)
-    x1, y1, hdg1 = (np.full(n, v) for v in end)
+def _straight_on(x: FloatArray, y: FloatArray, begin: Poses, end: Poses) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return ways that go straight on, turn by the shortest curve, and go straight on to the end, as `_swinging`."""
+    half = np.clip(_SHARE_OF_HALF * y / 2, U_TURN_RADIUS, U_TURN_RADIUS_MAX)
+    radii = np.column_stack([half, *(np.full(len(y), r) for r in _RADII)])
+    tried = (radii >= U_TURN_RADIUS) & (radii < half[:, None])
+    tried[:, 0] = True
+    of, kind = np.nonzero(tried)
+    ahead = np.arange(0.0, _FARTHEST, _SPACING)
+    row, radius = np.repeat(of, len(ahead)), np.repeat(radii[of, kind], len(ahead))
+    before = np.maximum(x, 0.0)[row] + np.tile(ahead, len(of))
+    n, after = len(before), before - x[row]
+    (x0, y0, hdg0), (x1, y1, hdg1) = ([column[row] for column in poses] for poses in (begin, end))
     start = (*advance(x0, y0, hdg0, np.zeros(n), before)[:2], hdg0)
     stop = (*advance(x1, y1, hdg1, np.zeros(n), -after)[:2], hdg1)
     turn = dubins_without_slivers(*start, *stop, radius=radius, most_swing=MOST_SWING_BACK)
@@ -323,4 +341,4 @@ def _straight_on(x: float, y: float, begin: _Pose, end: _Pose) -> tuple[FloatArr
     owner = repeated(count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
-    return pieces[count > 0], curvature[count > 0]
+    return row[count > 0], pieces[count > 0], curvature[count > 0]
