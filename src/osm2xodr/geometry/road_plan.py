@@ -24,7 +24,6 @@ from osm2xodr.geometry.connections import (
     even_widths,
     find_lane_links,
     linked_without,
-    needs_own_tarmac,
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
@@ -136,9 +135,9 @@ def plan_roads(
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics, jobs)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting, optional = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
+    cut, connecting = _connect(network, cut, movements, diagnostics, jobs, in_line=not side_by_side)
     connecting = change_in_parts(partial(_turned, cut), connecting, jobs)
-    connecting = _without_impossible_turns(network, cut, connecting, optional, diagnostics)
+    connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
     report_meeting_paths(network, cut.layout, connecting, diagnostics)
@@ -195,11 +194,10 @@ def _connect(
     jobs: int,
     *,
     in_line: bool,
-) -> tuple[CutStreets, ConnectingRoads, BoolArray]:
+) -> tuple[CutStreets, ConnectingRoads]:
     """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
 
-    So too where lanes have to narrow before the junction, or shift to be `in_line`. Also says which roads nobody
-    asks for, (n,).
+    So too where lanes have to narrow before the junction, or shift to be `in_line`.
     """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
@@ -233,7 +231,7 @@ def _connect(
         # The roads end where they did: only lanes have changed.
         before, links = links, find_lane_links(even, movements, network.rule, links)
         connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    return roomy, connecting, np.array([movements[row.movement].optional for row in links.rows], bool)
+    return roomy, connecting
 
 
 def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -> ConnectingRoads:
@@ -297,23 +295,16 @@ def _turned(cut: CutStreets, connecting: ConnectingRoads) -> ConnectingRoads:
 
 
 def _without_impossible_turns(
-    network: StreetNetwork,
-    cut: CutStreets,
-    connecting: ConnectingRoads,
-    optional: BoolArray,
-    diagnostics: Diagnostics,
+    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> ConnectingRoads:
-    """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way.
-
-    `optional` (n,) are those that nobody asks for: they are left out where they do not fit.
-    """
+    """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way."""
     # Loops that turn back on their arm are long by design.
     impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
     impossible |= runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
     report_turns_left_out(network, cut.layout, connecting.junction[impossible], IMPOSSIBLE, diagnostics)
-    connecting, optional = connecting.chosen(~impossible), optional[~impossible]
-    unfit = (optional & needs_own_tarmac(connecting)) | balloons(connecting)
+    connecting = connecting.chosen(~impossible) if impossible.any() else connecting
+    unfit = balloons(connecting)
     unneeded = unfit & linked_without(connecting, unfit)
     report_turns_left_out(network, cut.layout, connecting.junction[unneeded], TURN_BACK, diagnostics)
     connecting = connecting.chosen(~unneeded) if unneeded.any() else connecting

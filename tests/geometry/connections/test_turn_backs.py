@@ -117,19 +117,6 @@ def _from_segment(x: FloatArray, y: FloatArray, one: FloatArray, other: FloatArr
     return np.asarray(np.hypot(x - one[0] - share * step[0], y - one[1] - share * step[1]))
 
 
-def test_u_turns_that_nobody_asks_for_are_left_out_where_they_do_not_fit() -> None:
-    """A street splits into two carriageways: nothing is paved round the nose of the median."""
-    nodes = {"w1": (-80.0, 4.0), "w2": (-80.0, -4.0), "v1": (-30.0, 4.0), "v2": (-30.0, -4.0)}
-    nodes |= {"o": (0.0, 0.0), "e": (80.0, 0.0)}
-    road = "highway=primary name=A"
-    case = Case(
-        nodes,
-        {1: ("o v1 w1", f"{road} oneway=yes"), 2: ("w2 v2 o", f"{road} oneway=yes"), 3: ("o e", road)},
-    )
-    assert not turns_back(case.build(Rule.RIGHT_HAND))
-    assert turns_back(case.build(Rule.RIGHT_HAND, u_turns="all"))
-
-
 def test_turns_at_acute_forks_stay_on_what_is_paved() -> None:
     """Cars turn from one arm of a fork of 15 degrees into the other: no half disc beside the street."""
     cos, sin = math.cos(math.radians(7.5)), math.sin(math.radians(7.5))

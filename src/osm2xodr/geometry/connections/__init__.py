@@ -27,7 +27,7 @@ from osm2xodr.geometry.connections.pose_to_pose import (
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back, needs_own_tarmac
+from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back
 
 __all__ = [
     "BESIDE_CARS",
@@ -52,7 +52,6 @@ __all__ = [
     "find_priorities",
     "legs_through",
     "linked_without",
-    "needs_own_tarmac",
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",

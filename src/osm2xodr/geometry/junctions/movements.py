@@ -45,7 +45,6 @@ class Movement:
     # The types of lanes that alone lead there, against a one-way street; none where cars may go
     apart: frozenset[LaneType] = frozenset()
     u_turn: bool = False  # Whether it leads from one carriageway of a road to the opposite one
-    optional: bool = False  # Whether neither OSM nor the user asks for it
     loop: Loop | None = None  # The loop that it goes round where it comes back on the arm that it enters from
 
 

@@ -66,9 +66,9 @@ def choose_u_turns(
     unsaid = _unsaid(network, ends, layout, arms_used, u_turns, mapped, kept)
     out = list(movements)
     dropped: set[int] = set()
-    for k, distance, is_left_out, is_mapped in zip(found.tolist(), apart, unsaid, mapped, strict=True):
+    for k, distance, is_left_out in zip(found.tolist(), apart, unsaid, strict=True):
         item = movements[k]
-        out[k] = replace(item, u_turn=True, optional=kept != "all" and not is_mapped)
+        out[k] = replace(item, u_turn=True)
         if ways_out[item.entry] == 1:
             continue
         if distance >= defaults.U_TURN_ACROSS_MIN and not is_left_out:
