@@ -126,7 +126,7 @@ NOT_COMPILED := osm2xodr runs WITHOUT compiled loops, slower: there is no C comp
 SAY_IF_SLOW := test -n "$$(find src -name '*.so')" || echo '$(NOT_COMPILED)' >&2
 
 $(VENV)/.run: pyproject.toml $(LOOPS) | $(BIN)/python
-	$(PIP) install --quiet --editable '.[scene]'
+	$(PIP) install --quiet --editable .
 	$(BIN)/python -m compileall -q src
 	@$(SAY_IF_SLOW)
 	@touch $@

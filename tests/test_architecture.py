@@ -232,8 +232,8 @@ def test_runtime_dependencies_are_those_that_are_imported() -> None:
     required = importlib.metadata.requires("osm2xodr") or []
     declared = {re.split(r"[^\w-]", item)[0] for item in required if "extra ==" not in item}
     # What an option needs that not everybody uses.
-    optional = {"distributed", "shapely"}
-    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .(batch|scene).", item)}
+    optional = {"distributed"}
+    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .batch.", item)}
     assert optional == extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}

@@ -153,11 +153,3 @@ def test_options_that_exclude_each_other(path: Path, arguments: list[str], tmp_p
     assert main(["export", str(path), *places]) == 2
     assert not (tmp_path / "s").exists()
     assert not (tmp_path / "a.glb").exists()
-
-
-def test_scenes_without_their_library(
-    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert main(["export", str(path), "--scene", str(path.parent / "scene")]) == 1
-    assert "pip install 'osm2xodr[scene]'" in capsys.readouterr().err

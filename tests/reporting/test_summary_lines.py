@@ -65,18 +65,20 @@ def test_bridges_and_tunnels_are_counted(network: Conversion) -> None:
 
 def test_what_needs_attention_stands_in_order_of_harm(network: Conversion) -> None:
     log = found(guessed_speed=30, note_clearance=1, guessed_lane_count=1, dropped_restriction=2, guessed_no_height=1)
-    lines = summary(network, log, has_heights=True).lines(findings=3)
-    assert [line.text for line in lines[2:]] == [
+    about = summary(network, log, has_heights=True)
+    lines = about.lines(findings=3)
+    # What the law or the class gives is a guess, and nothing to act on.
+    assert [line.text for line in lines] == [
         "needs attention (osm2xodr explain CODE says more):",
         "  no-height: about no_height 0 (way/0)",
         "  clearance: about clearance 0 (way/0)",
         "  check: 3 findings, listed above",
-        "  speed: about speed 0 (way/0, and 29 more)",
         "  restriction: about restriction 0 (way/0, and 1 more)",
+        *(f"  {text}" for text in about.made),
         "32 guesses, 2 dropped, 0 repaired: --report-json, -v",
     ]
     styles = [line.style for line in lines]
-    assert styles == [Style.PLAIN] * 2 + [Style.HEADING] + [Style.ATTENTION] * 5 + [Style.PLAIN]
+    assert styles == [Style.HEADING] + [Style.ATTENTION] * 4 + [Style.PLAIN] * 3
 
 
 def test_there_are_never_more_than_ten_lines(network: Conversion) -> None:
@@ -88,8 +90,10 @@ def test_there_are_never_more_than_ten_lines(network: Conversion) -> None:
         lines = [line.text for line in summary(network, log, has_heights=True).lines(1, used)]
         assert used + len(lines) == 10
         left = len(harmful) + 1 - (len(lines) - 5)
-        assert lines[-2] == f"  and {left} kinds more: -v"
-        assert lines[3].startswith("  partial-map: xxx")
+        assert lines[-4] == f"  and {left} kinds more: -v"
+        assert lines[1].startswith("  partial-map: xxx")
+        # However long a message is, the element that it is about can be read.
+        assert lines[1].endswith("x… (way/1)")
         assert max(map(len, lines)) < 160
 
 

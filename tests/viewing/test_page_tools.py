@@ -69,7 +69,6 @@ def file(folder: Path) -> OpenDrive:
 
 @pytest.fixture(scope="module")
 def report(folder: Path, file: OpenDrive) -> Path:
-    pytest.importorskip("shapely")
     out = folder / "report.html"
     write_report(file, out, ReportOptions(dem=(write_ground(folder, file, rough),)), Diagnostics())
     return out
@@ -467,25 +466,21 @@ def test_clicks_in_3d_find_lanes_and_signs_of_the_scene(page: Page, report: Path
     assert "Sign 904 stop" in page.text("#content")
 
 
-@pytest.mark.parametrize("missing", [True, False])
 def test_without_a_scene_lanes_are_seen_and_the_page_says_why(
-    missing: bool, page: Page, file: OpenDrive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Page, file: OpenDrive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, found = tmp_path / "bare.html", Diagnostics()
-    if missing:
-        monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    else:
-        monkeypatch.setattr(exporting, "make_scene", broken, raising=False)
+    monkeypatch.setattr(exporting, "make_scene", broken, raising=False)
     write_report(file, out, ReportOptions(check=False), found)
     page.open(out, "#view=3d")
     notes = [note for note in page.value("window.osm2xodr.data.info.notes") if "3D" in note]
     assert len(notes) == 1
-    assert ("osm2xodr[scene]" if missing else "GEOSException: torn") in notes[0]
-    assert [item.code for item in found] == ([] if missing else ["no-scene"])
+    assert "GEOSException: torn" in notes[0]
+    assert [item.code for item in found] == ["no-scene"]
     assert page.value("window.osm2xodr.state.scene.roads.visible") is True
     assert page.value("document.getElementById('mode').value") == "type"
     assert troubles(page) == []
-    with pytest.raises(InputError, match="shapely" if missing else "torn"):
+    with pytest.raises(InputError, match="torn"):
         write_report(file, out, ReportOptions(check=False, scene=True), Diagnostics())
 
 

@@ -61,8 +61,7 @@ file of materials of the same name and .mtl. Lanelet2 (.osm) is OSM XML with hei
 Autoware and CommonRoad read it; --projector adds map_projector_info.yaml beside it for Autoware.
 
 --scene writes all there is to see into a folder, for Unreal, Blender and CARLA: roads without overlap, marks, kerbs,
-crosswalks, signs and lights, bridges, tunnels and the ground, in tiles; docs/scene.md says more. It needs the extra
-"scene" (pip install 'osm2xodr[scene]').
+crosswalks, signs and lights, bridges, tunnels and the ground, in tiles; docs/scene.md says more.
 
 Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 )

@@ -55,7 +55,7 @@ Exit status: 0 written, 1 cannot read or write, 2 wrong usage, 130 interrupted."
     "--scene/--no-scene",
     default=None,
     help="Show in 3D the scene that export --scene makes: ground with --dem, buildings and water with --osm.  "
-    "[default: where shapely is installed, up to 250 km of roads]",
+    "[default: up to 250 km of roads]",
 )
 @overwrite_option
 @quiet_option

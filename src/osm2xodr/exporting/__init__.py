@@ -1,13 +1,12 @@
 """Road networks for other programs: GeoJSON for maps, OBJ and glTF for 3D scenes, Lanelet2 for automated driving.
 
 The formats are simple enough to write without a library, and faster so: a whole city is a few array operations and
-one pass of text. Whole scenes (`scene`) need shapely, which not everybody has.
+one pass of text. Whole scenes (`scene`) are cut and triangulated by shapely, which takes long to load.
 """
 
 from __future__ import annotations
 
-import importlib.util
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from osm2xodr.exporting.binary_gltf import write_glb
 from osm2xodr.exporting.elevation import places_around, read_heights
@@ -31,21 +30,10 @@ __getattr__ = lazy_exports(
     __name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene")}
 )
 
-# What to say where `can_make_scenes` is false.
-NEEDS_SHAPELY: Final = "scenes need the library shapely; install it: pip install 'osm2xodr[scene]'"
-
-
-def can_make_scenes() -> bool:
-    """Return whether the library is there that scenes need."""
-    return importlib.util.find_spec("shapely") is not None
-
-
 __all__ = [
     "LAYERS",
-    "NEEDS_SHAPELY",
     "PROJECTORS",
     "RoadMesh",
-    "can_make_scenes",
     "material_library",
     "places_around",
     "projector_info",

@@ -145,7 +145,7 @@ def report(
         Whether to look for defects of the file.
     scene
         Whether the view in 3D shows the scene that `export_scene` makes, with its ground (`dem`) and buildings
-        (`osm`). By default where shapely is installed, up to 250 km of roads; without it 3D shows lanes alone.
+        (`osm`). By default up to 250 km of roads; beyond, 3D shows lanes alone.
 
     Returns
     -------

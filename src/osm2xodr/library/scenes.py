@@ -88,7 +88,7 @@ def export_scene(
     OptionError
         An option has a value that cannot be.
     InputError
-        The file or an elevation model cannot be read, no lane has a surface, or shapely is not installed.
+        The file or an elevation model cannot be read, or no lane has a surface.
     CoverageError
         No elevation model has heights at the roads.
     OutputError
@@ -96,10 +96,6 @@ def export_scene(
     """
     form, size = _checked(format, up, tile, carla)
     check_sampling(tolerance, step)
-    from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
-
-    if not can_make_scenes():
-        raise InputError(NEEDS_SHAPELY)
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
     from osm2xodr.opendrive import OpenDrive
     from osm2xodr.surface import SurfaceOptions

@@ -84,10 +84,17 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, PurePath) else value
 
 
-def example(message: str, osm_id: str, count: int) -> str:
-    """Return the first of several findings, and how many more there are."""
+def example(message: str, osm_id: str, count: int, most: int | None = None) -> str:
+    """Return the first of several findings, and how many more there are.
+
+    A message that would make the text longer than `most` is cut; its element is not.
+    """
     text = message.rstrip(".")
-    where = osm_id if osm_id not in text else ""
+    room = len(text) if most is None else most
+    where = osm_id if osm_id not in text[: room - 1] else ""
     others = f"and {count - 1:,} more" if count > 1 else ""
     both = ", ".join(filter(None, (where, others)))
-    return f"{text} ({both})" if both else text
+    tail = f" ({both})" if both else ""
+    if most is not None and len(text) + len(tail) > most:
+        text = f"{text[: max(most - len(tail) - 1, 0)]}…"
+    return text + tail

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _LINES_MOST: Final = 10
 # Longest text of a line that needs attention; one more would be cut by most terminals with what stands before.
 _TEXT_MOST: Final = 120
-# Where findings of `check` stand among what needs attention: after roads that meet each other, before speeds.
+# Where findings of `check` stand among what needs attention: after roads that meet each other.
 _HARM_OF_CHECK: Final = 30
 _KINDS: Final[Sequence[Kind]] = (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)
 
@@ -49,7 +49,7 @@ class Summary:
     counts: str  # How much was guessed, dropped and repaired
 
     def lines(self, findings: int = 0, used: int = 1) -> list[Line]:
-        """Return the lines: what was made, what needs attention in order of harm, how much was guessed.
+        """Return the lines: what needs attention in order of harm, what was made, how much was guessed.
 
         `findings` is the number of errors and warnings of `check`, `used` that of lines that were said before: all
         together are ten at most.
@@ -65,7 +65,7 @@ class Summary:
             texts = [*texts[: most - 1], f"and {counted(len(texts) - most + 1, 'kind')} more: -v"]
         heading = [Line("needs attention (osm2xodr explain CODE says more):", Style.HEADING)] if texts else []
         shown = [Line(f"  {text}", Style.ATTENTION) for text in texts]
-        return [*(Line(f"  {text}") for text in self.made), *heading, *shown, Line(self.counts)]
+        return [*heading, *shown, *(Line(f"  {text}") for text in self.made), Line(self.counts)]
 
 
 def summary(conversion: Conversion, diagnostics: Diagnostics, *, has_heights: bool) -> Summary:
@@ -117,7 +117,7 @@ def _attention(diagnostics: Diagnostics) -> Iterator[tuple[int, str]]:
     for (kind, code), count in diagnostics.counts().items():
         known = codes().get(code)
         if known is not None and known.harm is not None:
-            yield known.harm, f"{code}: {_short(example(*first[kind, code], count))}"
+            yield known.harm, f"{code}: {example(*first[kind, code], count, _TEXT_MOST)}"
 
 
 def _first(diagnostics: Diagnostics) -> dict[tuple[Kind, str], tuple[str, str]]:
@@ -126,10 +126,6 @@ def _first(diagnostics: Diagnostics) -> dict[tuple[Kind, str], tuple[str, str]]:
     for item in diagnostics:
         first.setdefault((item.kind, item.code), (item.message, item.osm_id))
     return first
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _TEXT_MOST else f"{text[: _TEXT_MOST - 1]}…"
 
 
 def kinds_of_findings(diagnostics: Diagnostics) -> list[str]:

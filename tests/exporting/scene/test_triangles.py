@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.model import FloatArray
-
-pytest.importorskip("shapely")
-
 from osm2xodr.exporting.scene.triangles import Soup, edges_of, merged_places, split_where_they_meet, steps_between
+from osm2xodr.model import FloatArray
 
 
 def soup_of(*triangles: list[tuple[float, float, float]]) -> Soup:

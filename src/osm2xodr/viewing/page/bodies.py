@@ -16,7 +16,6 @@ from osm2xodr.curves import unique_all
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
-from osm2xodr.exporting import NEEDS_SHAPELY, can_make_scenes
 from osm2xodr.model import FloatArray, IntArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive
 from osm2xodr.viewing.options import ReportOptions
@@ -151,8 +150,6 @@ def _obstacle(length: float, area: float, *, asked: bool) -> str:
     """Return why there is no scene of so many roads, m, in so large an area, m²; empty if there is."""
     if not (length > 0.0 and area > 0.0):
         return "there is no road that can be drawn."
-    if not can_make_scenes():
-        return f"{NEEDS_SHAPELY}."
     size = f"{length / 1000.0:,.0f} km of roads in an area of {area / 1e6:,.0f} km²"
     if length > MOST or area > _MOST_AREA:
         return f"{size} are too much for one page; crop the file first, or use osm2xodr export --scene."

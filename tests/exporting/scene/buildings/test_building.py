@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 from ground_cases import areas, edges_of, straight, strips
 
-from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
-from osm2xodr.model import BoolArray, Building, FloatArray
-from osm2xodr.opendrive import Frame, Header, frame_of
-
-pytest.importorskip("shapely")
-
 from osm2xodr.exporting.scene.buildings import Buildings, building_parts
 from osm2xodr.exporting.scene.ground import build_ground
+from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of
+from osm2xodr.model import BoolArray, Building, FloatArray
+from osm2xodr.opendrive import Frame, Header, frame_of
 
 ROOFS = ("roof", "roof_flat")
 ROAD = straight([(float(x), 20.0) for x in range(-60, 61, 20)])

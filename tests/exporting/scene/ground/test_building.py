@@ -7,21 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from ground_cases import areas, edges_of, rim_edges, straight, strips
 from scene_cases import crossing
 from scene_files import Conversions, scene_named
 
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.model import Level, RoadSurface
-from osm2xodr.model import FloatArray, IntArray
-
-pytest.importorskip("shapely")
-
-import shapely
-
 from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
+from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.library import read
+from osm2xodr.model import FloatArray, IntArray
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
 

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-
-from osm2xodr.model import FloatArray
-
-pytest.importorskip("shapely")
-
 import shapely
 
 from osm2xodr.exporting.scene.ground.open_water import sea_of
+from osm2xodr.model import FloatArray
 
 BOX = shapely.box(-1000.0, -1000.0, 1000.0, 1000.0)
 NOWHERE = np.zeros((0, 2))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-pytest.importorskip("shapely")
-
 import shapely
 
 from osm2xodr.exporting.scene.ground.open_water import closed_water

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 from ground_cases import areas, straight, strips
 
-from osm2xodr.exporting.scene.model import RoadSurface
-from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
-from osm2xodr.opendrive import Frame, Header, frame_of
-
-pytest.importorskip("shapely")
-
 from osm2xodr.exporting.scene.ground import Ground, Height, WaterShapes, build_ground, water_shapes
 from osm2xodr.exporting.scene.ground.water import levelled
+from osm2xodr.exporting.scene.model import RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of
+from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
+from osm2xodr.opendrive import Frame, Header, frame_of
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
 BOX = np.array([[0.0, -100.0], [200.0, 100.0]])
