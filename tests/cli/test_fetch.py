@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -79,6 +80,24 @@ def test_fetch_then_convert(server: WebServer, tmp_path: Path, capsys: pytest.Ca
     assert tile_path(1, 42) in text
 
 
+def test_a_place_by_its_name(server: WebServer, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    west, south, east, north = ORDINO
+    found = {"display_name": "Ordino, Andorra", "osm_type": "relation", "osm_id": 9, "category": "boundary"}
+    server.serve("/search", Reply(json.dumps([{**found, "boundingbox": [south, north, west, east]}]).encode()))
+    command = [*words(server, tmp_path), "--geocoder", f"{server.url}/search"]
+    command[1:3] = ["--place", "Ordino, Andorra"]
+    assert main(command) == 0
+    said = capsys.readouterr().err
+    assert f"osm2xodr: 'Ordino, Andorra' is Ordino, Andorra (boundary relation 9): --bbox {BBOX}\n" in said
+    text = (tmp_path / "out" / "SOURCES.md").read_text(encoding="utf-8")
+    assert "for Ordino, Andorra (boundary relation 9), found by 127.0.0.1:" in text
+    assert len(server.asked("/search")) == 1
+    # A file is one, also where it is missing.
+    command[2] = str(tmp_path / "none.geojson")
+    assert "none.geojson" in error_of(capsys, *command)
+    assert len(server.asked("/search")) == 1
+
+
 def test_the_dem_reaches_as_far_as_the_roads(server: WebServer, tmp_path: Path) -> None:
     assert main(words(server, tmp_path)) == 0
     tree = etree.parse(tmp_path / "out" / "area.osm")
@@ -137,7 +156,9 @@ def test_wrong_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     out = ["-o", str(tmp_path / "out")]
     cases = [
         (["--bbox", BBOX], "Missing option '-o' / '--output'."),
-        (out, "no area is given; give --bbox W,S,E,N in degrees, or --place FILE"),
+        (out, "no area is given; give --bbox W,S,E,N in degrees, or --place NAME|FILE"),
+        (["--place", " ", *out], "no area is given; give --bbox"),
+        (["--place", "Ordino", "--geocoder", "file:///x", *out], "--geocoder file:///x is no address"),
         (["--bbox", BBOX, "--place", "x", *out], "--bbox and --place exclude each other; give one of them"),
         (["--bbox", "1,2,3", *out], "--bbox 1,2,3 is not 4 numbers; write west,south,east,north in degrees"),
         (["--bbox", "-1,42,-2,43", *out], "--bbox -1,42,-2,43 is empty"),

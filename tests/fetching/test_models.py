@@ -47,10 +47,35 @@ def files_at(model: ElevationModel, lon: float, lat: float) -> list[str]:
         ("swissalti3d", 7.2325, 46.3225, "swissalti3d_2025_2584-1130_2_2056_5728.tif"),
         ("austria-als-dtm", 11.39, 47.26, "ALS_DTM_CRS3035RES50000mN2650000E4400000.tif"),
         ("bavaria-dgm1", 11.576, 48.137, "691_5334.tif"),
+        ("nrw-dgm1", 6.96, 50.94, "dgm1_32_356_5645_1_nw_2025.tif"),
+        ("rhineland-palatinate-dgm1", 7.9, 49.55, "dgm1_32_420_5489_1_rp_2025.tif"),
     ],
 )
 def test_files_are_named_as_their_publishers_do(name: str, lon: float, lat: float, file: str) -> None:
     assert files_at(read_models(())[name], lon, lat) == [file]
+
+
+def test_cut_outs_are_asked_for_by_their_corners() -> None:
+    models = read_models(())
+    (norway,) = models["norway-dtm1"].files((130_100.0, 6_840_100.0, 130_200.0, 6_840_200.0))
+    assert "&BBOX=130000,6840000,131000,6841000&WIDTH=1000&HEIGHT=1000&" in norway[0]
+    (france,) = models["france-lidar-hd"].files((957_100.0, 6_217_100.0, 957_200.0, 6_217_200.0))
+    assert "&BBOX=956999.75,6217000.25,957999.75,6218000.25&WIDTH=2000&HEIGHT=2000" in france[0]
+    (hesse,) = models["hesse-dgm1"].files((475_100.0, 5_550_100.0, 475_200.0, 5_550_200.0))
+    assert hesse[0].endswith("&SUBSET=E(475000,476000)&SUBSET=N(5550000,5551000)")
+    (mecklenburg,) = models["mecklenburg-dgm1"].files((413_300.0, 6_047_000.0, 413_400.0, 6_047_100.0))
+    assert mecklenburg[0].endswith("&file=dgm1_33_412_6046_2_gtiff.tif")
+
+
+def test_models_without_addresses_say_how_to_get_them() -> None:
+    models = read_models(())
+    text = (
+        r"^dem_model fabdem has to be got by hand: download from its page the archive .* \(https://data.bris.ac.uk/"
+    )
+    with pytest.raises(OptionError, match=text):
+        choose_models(["copernicus-glo30", "fabdem"], models, None)
+    (model,) = choose_models(["fabdem"], models, "http://localhost/{NS}{lat:02}{EW}{lon:03}_FABDEM_V1-2.tif")
+    assert files_at(model, 1.5, 42.5) == ["N42E001_FABDEM_V1-2.tif"]
 
 
 def test_all_files_of_an_area_are_asked_for() -> None:
@@ -77,10 +102,14 @@ def test_the_table_is_sound() -> None:
 
 def test_the_document_lists_the_table() -> None:
     text = DOCS.read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `([a-z0-9-]+)`[^|]*\| (\d+) m \| ([^|]+) \|", text, re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z0-9-]+)`([^|]*) \| ([\d.]+) m \| ([^|]+) \|", text, re.MULTILINE)
+    notes = {ELEVATION_MODEL: " (default)"}
     models = read_models(())
     shows = {True: "canopy and roofs", False: "ground"}
-    assert rows == [(name, f"{model.cell:g}", shows[model.covered]) for name, model in models.items()]
+    assert rows == [
+        (name, " (by hand)" if model.by_hand else notes.get(name, ""), f"{model.cell:g}", shows[model.covered])
+        for name, model in models.items()
+    ]
     example = re.search(r"```ini\n(.*?)```", text, re.DOTALL)
     assert example is not None
 

@@ -12,13 +12,23 @@ import click
 
 from osm2xodr.cli.options import PATH, Parsed, limit_options, overwrite_option, quiet_option
 from osm2xodr.diagnostics import counted
-from osm2xodr.fetching import CACHE_AGE, DOWNLOAD_MAX, ELEVATION_MODEL, OVERPASS_SERVERS, PATIENCE, RETRIES
+from osm2xodr.fetching import (
+    CACHE_AGE,
+    DOWNLOAD_MAX,
+    ELEVATION_MODEL,
+    GEOCODER,
+    OVERPASS_SERVERS,
+    PATIENCE,
+    RETRIES,
+)
 from osm2xodr.system import Progress, parse_duration
 
 if TYPE_CHECKING:
     from osm2xodr.fetching import FetchedArea, FetchOptions, Place
 
 _MEGABYTE: Final = 1e6
+# Names of files, also of those that are not there.
+_GEOJSON: Final = frozenset({".geojson", ".json"})
 _DURATION: Final = Parsed("duration", parse_duration)
 
 
@@ -27,6 +37,7 @@ _DURATION: Final = Parsed("duration", parse_duration)
     epilog="""\b
 Examples:
   osm2xodr fetch --bbox 1.545,42.545,1.605,42.575 -o ordino
+  osm2xodr fetch --place "Ordino, Andorra" -o ordino
   osm2xodr fetch --place town.geojson -o town --dem-model swissalti3d --dem-model copernicus-glo30
   osm2xodr fetch --bbox 1.545,42.545,1.605,42.575 -o ordino --extract andorra.osm.pbf
   osm2xodr fetch --list-models
@@ -36,7 +47,14 @@ Writes area.osm, dem.tif and SOURCES.md, and goes on where it ended when it is s
 Exit status: 0 written, 1 cannot fetch, 2 wrong usage, 130 interrupted.""",
 )
 @click.option("--bbox", metavar="W,S,E,N", help="Area: degrees, WGS 84.")
-@click.option("--place", type=PATH, metavar="FILE", help="Area: polygons in GeoJSON.")
+@click.option(
+    "--place",
+    metavar="NAME|FILE",
+    help="Area: the box of a place that the geocoder finds by its name, or polygons in GeoJSON.",
+)
+@click.option(
+    "--geocoder", default=GEOCODER, show_default=True, metavar="URL", help="Geocoder with the API of Nominatim."
+)
 @click.option("-o", "--output", type=PATH, metavar="DIR", help="Folder to write to.  [required]")
 @click.option(
     "--extract",
@@ -133,17 +151,18 @@ def fetch(**options: Any) -> None:
         _report(area, options["output"])
 
 
-def _place(bbox: str | None, file: Path | None) -> Place:
-    """Return the area that is asked for."""
+def _place(bbox: str | None, named: str | None) -> Place | str:
+    """Return the area that is asked for; a text where it is the name of a place."""
     from osm2xodr.fetching import place_of_box, place_of_file
 
-    if bbox is not None and file is not None:
+    if bbox is not None and named is not None:
         raise click.UsageError("--bbox and --place exclude each other; give one of them")
     if bbox is not None:
         return place_of_box(bbox)
-    if file is not None:
-        return place_of_file(file)
-    raise click.UsageError("no area is given; give --bbox W,S,E,N in degrees, or --place FILE")
+    if named is None or not named.strip():
+        raise click.UsageError("no area is given; give --bbox W,S,E,N in degrees, or --place NAME|FILE")
+    is_file = Path(named).is_file() or Path(named).suffix.lower() in _GEOJSON
+    return place_of_file(Path(named)) if is_file else named
 
 
 def _fetch_options(options: dict[str, Any], progress: _Progress) -> FetchOptions:
@@ -162,6 +181,7 @@ def _fetch_options(options: dict[str, Any], progress: _Progress) -> FetchOptions
         cache_dir=options["cache"] or _cache_dir(),
         extract=options["extract"],
         overpass=options["overpass"] or OVERPASS_SERVERS,
+        geocoder=options["geocoder"],
         models=options["dem_model"] or (ELEVATION_MODEL,),
         model_files=options["dem_models"],
         model_url=options["dem_url"],
@@ -215,7 +235,9 @@ def _list_models(files: tuple[Path, ...]) -> None:
 
     for model in read_models(files).values():
         kind = "with canopy and roofs" if model.covered else "ground"
-        click.echo(f"{model.name:20} {model.cell:5g} m  {kind:21}  {model.title}; {model.licence}")
+        click.echo(f"{model.name:24} {model.cell:4g} m  {kind:21}  {model.title}; {model.licence}")
+        if model.by_hand:
+            click.echo(f"{'':33}by hand: {model.by_hand} ({model.page})")
 
 
 def _report(area: FetchedArea, output: Path) -> None:

@@ -1,8 +1,8 @@
 """Fetching the data of an area: a map from the Overpass API or an extract, and elevation models, all with sources.
 
-`area` has the steps in order. `overpass` and `queries` ask for maps, `maps` joins and cuts them; `models` and
-``elevation_models.ini`` say where elevation models are, `elevation` and `rasters` read windows of them. `connection`
-and `downloads` are what touches the network, apart from GDAL.
+`area` has the steps in order. `geocoding` finds places by their names. `overpass` and `queries` ask for maps, `maps`
+joins and cuts them; `models` and ``elevation_models.ini`` say where elevation models are, `elevation` and `rasters`
+read windows of them. `connection` and `downloads` are what touches the network, apart from GDAL.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         CACHE_AGE as CACHE_AGE,
         DOWNLOAD_MAX as DOWNLOAD_MAX,
         ELEVATION_MODEL as ELEVATION_MODEL,
+        GEOCODER as GEOCODER,
         OVERPASS_SERVERS as OVERPASS_SERVERS,
         PATIENCE as PATIENCE,
         RETRIES as RETRIES,
@@ -33,6 +34,7 @@ __getattr__ = lazy_exports(
             "CACHE_AGE",
             "DOWNLOAD_MAX",
             "ELEVATION_MODEL",
+            "GEOCODER",
             "OVERPASS_SERVERS",
             "PATIENCE",
             "RETRIES",

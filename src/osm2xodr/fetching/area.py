@@ -14,6 +14,7 @@ from osm2xodr.errors import OptionError, OutputError
 from osm2xodr.fetching.addresses import check_address, is_address
 from osm2xodr.fetching.connection import Connection
 from osm2xodr.fetching.elevation import FetchedModel, dem_path, fetch_models, with_margin
+from osm2xodr.fetching.geocoding import find_place
 from osm2xodr.fetching.maps import FetchedMap, fetch_map
 from osm2xodr.fetching.models import ElevationModel, choose_models, read_models
 from osm2xodr.fetching.options import FetchOptions
@@ -86,8 +87,10 @@ class FetchedArea:
         return tuple(path for item in self.models for path in item.paths)
 
 
-def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
+def fetch_area(place: Place | str, options: FetchOptions) -> FetchedArea:
     """Write a map and elevation models of an area, and the list of their sources.
+
+    A text is the name of a place, for which the geocoder is asked.
 
     Each file is there as a whole or not at all. What was received is kept in the cache, so that a fetch that ended
     before it was done goes on when it is started again.
@@ -97,7 +100,8 @@ def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
     OptionError
         An address or the name of a model is wrong.
     InputError
-        The area has no roads or is too large, a file of the user's is wrong, or a map cannot be read.
+        There is no such place, the area has no roads or is too large, a file of the user's is wrong, or a map cannot
+        be read.
     CoverageError
         There are no heights in the area.
     ServerError
@@ -107,6 +111,8 @@ def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
     """
     if options.extract is not None and is_address(options.extract):
         check_address("extract", options.extract)
+    if isinstance(place, str):
+        check_address("geocoder", options.geocoder)
     for url in options.overpass if options.osm and options.extract is None else ():
         check_address("overpass", url)
     models = choose_models(options.models, read_models(options.model_files), options.model_url) if options.dem else []
@@ -131,8 +137,9 @@ def _alone(options: FetchOptions) -> Iterator[None]:
         raise OutputError(f"{options.cache_dir} cannot be written; choose another folder with --cache") from error
 
 
-def _fetch(place: Place, options: FetchOptions, models: list[ElevationModel], osm_path: Path) -> FetchedArea:
+def _fetch(named: Place | str, options: FetchOptions, models: list[ElevationModel], osm_path: Path) -> FetchedArea:
     connection = Connection(options.network)
+    place = find_place(connection, named, options) if isinstance(named, str) else named
     osm = None
     box = place.box
     if options.osm:

@@ -11,6 +11,8 @@ OVERPASS_SERVERS: Final = (
     "https://overpass-api.de/api/interpreter",
     "https://overpass.private.coffee/api/interpreter",
 )
+# Geocoder that anybody may use for single names (OSM wiki, Nominatim).
+GEOCODER: Final = "https://nominatim.openstreetmap.org/search"
 # Elevation model that is taken unless the user names one: the finest that covers nearly all of the world.
 ELEVATION_MODEL: Final = "copernicus-glo30"
 # What servers get to know about who asks; the Overpass API turns away requests without a name.

@@ -16,11 +16,11 @@ from osm2xodr.fetching.addresses import check_address
 from osm2xodr.fetching.place import Box
 
 _TABLE: Final = Path(__file__).with_name("elevation_models.ini")
-_NEEDED: Final = ("title", "kind", "cell", "crs", "url", "licence", "attribution")
-_OPTIONAL: Final = ("tile", "corner", "extent", "datum", "page")
+_NEEDED: Final = ("title", "kind", "cell", "crs", "licence", "attribution")
+_OPTIONAL: Final = ("url", "by_hand", "tile", "corner", "extent", "datum", "page")
 _CORNERS: Final = ("south-west", "north-west")
 _PLACEHOLDER: Final = re.compile(r"\{([^{}]*)\}")
-_FIELD: Final = re.compile(r"(x|y|x_km|y_km|lat|lon|NS|EW|ns|ew)(?::0(\d))?")
+_FIELD: Final = re.compile(r"(?:(x|y|x_km|y_km)([+-]\d{1,6})?|(lat|lon|NS|EW|ns|ew))(?::0(\d))?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +34,14 @@ class ElevationModel:
     crs: str  # What its files are divided in
     tile: float  # Side of a file in units of `crs`; 0 where one file holds everything
     north: bool  # Whether files are named after their north-west corner rather than the south-west one
-    urls: tuple[str, ...]  # Addresses with placeholders, in the order in which they are tried
+    # Addresses with placeholders, in the order in which they are tried; empty where its files are to be had by hand
+    urls: tuple[str, ...]
     extent: Box  # Where it has heights: west, south, east, north, degrees
     datum: str  # EPSG code of what heights refer to; empty if unknown
     licence: str
     attribution: str
     page: str
+    by_hand: str = ""  # How to get its files where they have no addresses
 
     def reaches(self, box: Box) -> bool:
         """Return whether it may have heights in a box (west, south, east, north, degrees)."""
@@ -91,9 +93,16 @@ def choose_models(
             raise OptionError(f"dem_model {name} is unknown; {hint}", "dem_model")
         found.append(models[name])
     if url is None:
+        for model in found:
+            if model.by_hand:
+                raise OptionError(
+                    f"dem_model {model.name} has to be got by hand: {model.by_hand} ({model.page}); give its files "
+                    "to convert with --dem, or an address of yours here with --dem-url",
+                    "dem_model",
+                )
         return found
     _check_url(url, "dem_url", found[0].tile)
-    return [replace(found[0], urls=(url,))]
+    return [replace(found[0], urls=(url,), by_hand="")]
 
 
 def _model(keys: SectionProxy, where: str) -> ElevationModel:
@@ -115,7 +124,12 @@ def _model(keys: SectionProxy, where: str) -> ElevationModel:
     if cell <= 0.0 or tile < 0.0:
         raise InputError(f"{where}: cell and tile are lengths; write numbers above 0")
     west, south, east, north = _numbers(keys.get("extent", "-180, -90, 180, 90"), 4, f"{where}: extent")
-    urls = tuple(line.strip() for line in keys["url"].splitlines() if line.strip())
+    urls = tuple(line.strip() for line in keys.get("url", "").splitlines() if line.strip())
+    by_hand = " ".join(keys.get("by_hand", "").split())
+    if bool(urls) == bool(by_hand):
+        raise InputError(
+            f"{where}: it needs either url or by_hand, which says how to get its files; see docs/fetch.md"
+        )
     for url in urls:
         try:
             _check_url(url, "url", tile)
@@ -124,6 +138,7 @@ def _model(keys: SectionProxy, where: str) -> ElevationModel:
     return ElevationModel(
         keys.name, keys["title"], kind == "dsm", cell, keys["crs"], tile, corner == "north-west", urls,
         (west, south, east, north), keys.get("datum", ""), keys["licence"], keys["attribution"], keys.get("page", ""),
+        by_hand,
     )  # fmt: skip
 
 
@@ -152,11 +167,8 @@ def _check_url(url: str, option: str, tile: float) -> None:
 def _filled(url: str, x: float, y: float) -> str:
     """Return an address with the placeholders filled in for the corner of a file."""
     column, row = round(x), round(y)
-    values = {
-        "x": str(column),
-        "y": str(row),
-        "x_km": str(column // 1000),
-        "y_km": str(row // 1000),
+    numbers = {"x": column, "y": row, "x_km": column // 1000, "y_km": row // 1000}
+    words = {
         "lon": str(abs(column)),
         "lat": str(abs(row)),
         "NS": "S" if row < 0 else "N",
@@ -168,6 +180,7 @@ def _filled(url: str, x: float, y: float) -> str:
     def fill(match: re.Match[str]) -> str:
         field = _FIELD.fullmatch(match[1])
         assert field is not None
-        return values[field[1]].rjust(int(field[2] or 0), "0")
+        text = words[field[3]] if field[3] else str(numbers[field[1]] + int(field[2] or 0))
+        return text.rjust(int(field[4] or 0), "0")
 
     return _PLACEHOLDER.sub(fill, url)

@@ -13,6 +13,7 @@ from osm2xodr.fetching.defaults import (
     CACHE_AGE,
     DOWNLOAD_MAX,
     ELEVATION_MODEL,
+    GEOCODER,
     OVERPASS_SERVERS,
     PATIENCE,
     PAUSE,
@@ -76,6 +77,7 @@ class FetchOptions:
     # A map to cut the area out of, file or address; None asks the Overpass API
     extract: str | None = None
     overpass: tuple[str, ...] = OVERPASS_SERVERS  # Addresses of servers of the Overpass API, in order
+    geocoder: str = GEOCODER  # Address of what finds places by their names, with the API of Nominatim
     models: tuple[str, ...] = (ELEVATION_MODEL,)  # Names of elevation models, the preferred one first
     model_files: tuple[Path, ...] = ()  # Further tables of elevation models
     model_url: str | None = None  # Where the only elevation model is instead of where its table says

@@ -47,6 +47,12 @@ def widened(box: Box, margin: float) -> Box:
     return max(-180.0, west - across), max(-90.0, south - up), min(180.0, east + across), min(90.0, north + up)
 
 
+def is_box(box: Box) -> bool:
+    """Whether west, south, east and north, degrees, are a box on Earth, on one side of the 180th meridian."""
+    west, south, east, north = box
+    return -180.0 <= west < east <= 180.0 and -90.0 < south < north < 90.0
+
+
 def place_of_box(text: str) -> Place:
     """Return the area ``west,south,east,north``, degrees; `OptionError` says what is wrong with it."""
     form = "write west,south,east,north in degrees"

@@ -112,7 +112,7 @@ def _raise_fault(file: Path | RemoteFile) -> None:
 
 def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raster | None:
     what = f"the file of {model.title}"
-    if dataset.crs is None or dataset.count < 1 or dataset.transform.is_identity:
+    if dataset.count < 1 or dataset.transform.is_identity:
         raise InputError(f"{what} does not say where it lies; choose another model with --dem-model")
     if dataset.tags(ns="OVERVIEWS"):
         raise InputError(f"{what} names another file, which is not read; choose another model with --dem-model")
@@ -124,7 +124,9 @@ def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raste
     a, b, _, d, e, _ = tuple(dataset.transform)[:6]
     if b or d or a <= 0.0 or e >= 0.0:
         raise InputError(f"{what} is not laid out from north to south; choose another model with --dem-model")
-    west, south, east, north = _bounds(dataset.crs, box)
+    # Some services leave out what they were asked for.
+    crs = dataset.crs or rasterio.crs.CRS.from_user_input(model.crs)
+    west, south, east, north = _bounds(crs, box)
     corners = [_cell_at(dataset.transform, *corner) for corner in ((west, north), (east, south))]
     margin = defaults.COARSE_MARGIN_CELLS if model.cell >= defaults.COARSE_CELL else _MARGIN_CELLS
     left, top = (int(np.floor(value)) - margin for value in corners[0])
@@ -142,7 +144,6 @@ def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raste
         if not np.can_cast(np.int16, cells.dtype):
             # Such numbers have no room for it; single precision has, and keeps each of them.
             cells = cells.astype(np.float32)
-    crs = dataset.crs
     if model.datum and not _has_heights(crs):
         crs = _with_datum(rasterio, crs, model.datum)
     return Raster(
