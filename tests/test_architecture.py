@@ -24,12 +24,12 @@ STAGES = {"osmParsing", "surface", "geometry", "furniture", "xodrWriter"}
 HOMES = {
     "click": {"cli"},
     "PIL": {"viewing.picture"},
-    "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
+    "osmium": {"osmParsing.file", "batching.cutting", "fetching"},
     "rasterio": {"system", "fetching"},
     "shapely": {"exporting.scene", "exporting.scene.ground", "exporting.scene.buildings"},
     "lxml": {"checking.checks", "parts"},
-    "distributed": {"batch.workers"},
-    "tomli": {"batch"},
+    "distributed": {"batching.workers"},
+    "tomli": {"batching"},
     "pyproj": {"", "surface", "surface.grids", "opendrive.space"},
 }
 
@@ -160,7 +160,7 @@ def test_no_stage_knows_another_one() -> None:
 def test_the_conversion_knows_its_stages_alone() -> None:
     reached = reached_from("pipeline")
     assert reached > STAGES - {"xodrWriter"}
-    around = {"batch", "checking", "cli", "exporting", "fetching", "library", "parts", "viewing"}
+    around = {"batching", "checking", "cli", "exporting", "fetching", "library", "parts", "viewing"}
     assert reached & around == set()
 
 

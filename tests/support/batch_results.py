@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from osm2xodr.batch.model import Result, Status
+from osm2xodr.batching.model import Result, Status
 
 Ring = tuple[tuple[float, float], ...]
 

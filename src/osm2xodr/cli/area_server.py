@@ -26,7 +26,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from osm2xodr.batch import EMPTY
+from osm2xodr.batching import EMPTY
 from osm2xodr.errors import EmptyAreaError, Osm2xodrError
 from osm2xodr.system import LimitError, TimeLimitError, release_memory
 
@@ -56,7 +56,7 @@ _PRELOADED: Final = (
     "osm2xodr.library.converting",
     "osm2xodr.library.corrections",
     "osm2xodr.library.maps",
-    "osm2xodr.batch.shared_frame",
+    "osm2xodr.batching.shared_frame",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",
     "osm2xodr.furniture.lights",

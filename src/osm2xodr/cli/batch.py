@@ -17,7 +17,7 @@ from osm2xodr.reporting import details
 from osm2xodr.system import Progress
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import Result
+    from osm2xodr.batching import Result
 
 _FAILED, _INTERRUPTED = 1, 130
 _GIGABYTE = 1e9
@@ -56,7 +56,7 @@ def batch(session: Session, /, **options: Any) -> int:
     session.verbose = arguments.verbose
     refuse_contradictions(arguments)
     if arguments.scheduler:
-        from osm2xodr.batch import check_dask
+        from osm2xodr.batching import check_dask
 
         check_dask()
     progress = _BatchProgress(quiet=arguments.quiet, verbose=bool(arguments.verbose))
@@ -79,7 +79,7 @@ def batch(session: Session, /, **options: Any) -> int:
 
 def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
     """Run a batch, report its results, and return the exit status."""
-    from osm2xodr.batch import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
+    from osm2xodr.batching import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
     from osm2xodr.cli import area_server
     from osm2xodr.library import read_corrections
     from osm2xodr.model import Corrections
@@ -175,7 +175,7 @@ class _BatchProgress:
 
 
 def _failed(result: Result) -> bool:
-    from osm2xodr.batch import Status
+    from osm2xodr.batching import Status
 
     return result.status is Status.FAILED
 

@@ -19,7 +19,7 @@ from osm2xodr.library import DECLARATIONS
 from osm2xodr.system import parse_duration, parse_memory
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import PlannedArea
+    from osm2xodr.batching import PlannedArea
 
 _Command = TypeVar("_Command")
 
@@ -30,7 +30,7 @@ _PER_AREA: Final = _BOUNDS | {name for name, declared in DECLARATIONS.items() if
 
 
 def _length(text: str) -> float:
-    from osm2xodr.batch import parse_length
+    from osm2xodr.batching import parse_length
 
     return parse_length(text)
 
@@ -230,7 +230,7 @@ def plan(arguments: BatchArguments) -> Plan:
 
     Raises `click.UsageError` if an option is wrong, `InputError` if the list of areas or the map is.
     """
-    from osm2xodr.batch import (
+    from osm2xodr.batching import (
         Area,
         ManifestContext,
         bounds_of,

@@ -75,7 +75,7 @@ def check_replay(report: Path, written: Written, context: click.Context) -> None
 
 def _read_config(path: Path) -> _Values:
     """Return the values of options in a config; paths in it are relative to its folder."""
-    from osm2xodr.batch import decoded, parse_toml, read_file, unknown_key
+    from osm2xodr.batching import decoded, parse_toml, read_file, unknown_key
 
     document = parse_toml(path, decoded(path, read_file(path)))
     tables = {name: document.pop(name, {}) for name in ("options", "outputs")}
@@ -145,7 +145,7 @@ def _option_value(path: Path, key: str, value: Any, declared: Declaration) -> An
 
 def _parse_report(path: Path) -> dict[str, Any]:
     """Return what a report says; `InputError` if it is none."""
-    from osm2xodr.batch import read_file
+    from osm2xodr.batching import read_file
 
     try:
         document = parse_json(read_file(path))

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import osmium
 
-from osm2xodr.batch import bounds_of, cut_areas
+from osm2xodr.batching import bounds_of, cut_areas
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.fetching.addresses import is_address
 from osm2xodr.fetching.connection import Connection

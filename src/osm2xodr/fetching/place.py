@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.batch import CutRequest, frame_around, read_polygons
+from osm2xodr.batching import CutRequest, frame_around, read_polygons
 from osm2xodr.errors import OptionError
 from osm2xodr.model import Outline
 from osm2xodr.projection import to_local

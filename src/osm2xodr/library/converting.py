@@ -137,7 +137,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             raise OptionError(f"{name} is about elevation models; give one with dem, or leave it out", "dem", name)
     partition = None
     if options.frame is not None:
-        from osm2xodr.batch import read_partition
+        from osm2xodr.batching import read_partition
 
         own = area_name(area) if options.tile is None else options.tile
         partition = read_partition(Path(options.frame), own, in_block=options.tile is not None)

@@ -29,7 +29,7 @@ def read_corrections(path: Path, *, shared: bool = False) -> Corrections:
         The file cannot be read, or names unknown keys, or values that cannot be.
     """
     # They load the stages.
-    from osm2xodr.batch import decoded, read_file
+    from osm2xodr.batching import decoded, read_file
     from osm2xodr.osmParsing import drops_relation, node_correction, way_correction
 
     text = decoded(path, read_file(path))
@@ -55,7 +55,7 @@ _Elements = dict[tuple[str, int], dict[str, Any]]
 
 def _toml(path: Path, text: str) -> _Elements:
     """Return the keys of each element of a TOML file: tables ``[way.1]``, or lines ``way.1.lanes = 2``."""
-    from osm2xodr.batch import parse_toml, unknown_key
+    from osm2xodr.batching import parse_toml, unknown_key
     from osm2xodr.osmParsing import CORRECTION_KEYS
 
     document = parse_toml(path, text)
@@ -111,7 +111,7 @@ def _geojson(path: Path, text: str) -> _Elements:
 
 def _check_keys(kind: str, keys: Iterable[str], where: str) -> None:
     """Refuse keys that are not those of a kind of elements."""
-    from osm2xodr.batch import unknown_key
+    from osm2xodr.batching import unknown_key
     from osm2xodr.osmParsing import CORRECTION_KEYS
 
     for key in keys:

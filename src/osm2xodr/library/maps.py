@@ -71,7 +71,7 @@ def area_map(area: Path, options: ConvertOptions, on_stage: Callable[[str], None
 def _cut_out(source: Path, target: Path, options: ConvertOptions) -> None:
     """Cut an area out of a map, as a batch does."""
     # They load the reader of OSM files.
-    from osm2xodr.batch import cut_areas
+    from osm2xodr.batching import cut_areas
     from osm2xodr.fetching import place_of_box, place_of_file
     from osm2xodr.osmParsing import parse_ways_option
 

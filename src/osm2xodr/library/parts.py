@@ -173,7 +173,7 @@ def _choice(drive: OpenDrive, box: Box | None, polygon: Path | None, roads: str 
         west, south, east, north = box
         rings: list[Sequence[tuple[float, float]]] = [((west, south), (east, south), (east, north), (west, north))]
     else:
-        from osm2xodr.batch import read_polygons
+        from osm2xodr.batching import read_polygons
 
         assert polygon is not None
         rings = [ring for _, found in read_polygons(polygon) for ring in found]

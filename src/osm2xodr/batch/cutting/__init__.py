@@ -1,7 +1,0 @@
-"""Cuts areas out of one map, with all that shapes roads at the borders between them."""
-
-from __future__ import annotations
-
-from osm2xodr.batch.cutting.cuts import bounds_of, cut_areas
-
-__all__ = ["bounds_of", "cut_areas"]

@@ -1,0 +1,7 @@
+"""Cuts areas out of one map, with all that shapes roads at the borders between them."""
+
+from __future__ import annotations
+
+from osm2xodr.batching.cutting.cuts import bounds_of, cut_areas
+
+__all__ = ["bounds_of", "cut_areas"]
