@@ -39,7 +39,7 @@ def _roundabout(radius: float, per_quarter: int, tags: str) -> Case:
     return Case(nodes, ways)
 
 
-def _dual_cross(half: float) -> Case:
+def dual_cross(half: float) -> Case:
     """Return two dual carriageways that cross in four nodes; ways 1, 4, 7, 10 lead in, 3, 6, 9, 12 out."""
     nodes = {"a": (-half, -half), "b": (half, -half), "c": (half, half), "d": (-half, half)}
     nodes |= {"w": (-100.0, -half), "w2": (-100.0, half), "e": (100.0, -half), "e2": (100.0, half)}
@@ -191,9 +191,9 @@ CASES: dict[str, Expected] = {
     ),
     "x": Expected(_CROSS_CASE, 1, written_links(_FROM_WEST + _FROM_OTHERS)),
     "offset_t": Expected(_OFFSET_T, 1, written_links(_FROM_WEST + _FROM_OTHERS)),
-    "dual_cross": Expected(_dual_cross(5.0), 1, written_links(_DUAL_LINKS)),
+    "dual_cross": Expected(dual_cross(5.0), 1, written_links(_DUAL_LINKS)),
     "dual_cross_far_apart": Expected(
-        Case(_dual_cross(15.0).nodes, _dual_cross(15.0).ways),
+        Case(dual_cross(15.0).nodes, dual_cross(15.0).ways),
         4,
         written_links(
             "1:-1>2:-1 1:-2>2:-2,12:-2 2:-1>3:-1,8:-1 2:-2>3:-2 4:-1>5:-1 4:-2>5:-2,9:-2 5:-1>6:-1,11:-1 5:-2>6:-2 "
@@ -300,7 +300,7 @@ CASES: dict[str, Expected] = {
     ),
     "dead_end": Expected(Case(_CUL_DE_SAC, {1: ("w o", "")}), 0, set()),
     "dual_cross_apart": Expected(
-        Case(_dual_cross(7.0).nodes, _dual_cross(7.0).ways, _dual_cross(7.0).restrictions),
+        Case(dual_cross(7.0).nodes, dual_cross(7.0).ways, dual_cross(7.0).restrictions),
         1,
         written_links(_DUAL_LINKS),
     ),

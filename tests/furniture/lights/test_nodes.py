@@ -8,13 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from junction_cases import CASES
+from junction_cases import CASES, dual_cross
 from light_cases import (
     ARMS,
     NODES,
     ROAD,
     SIGNALS,
     YIELDING,
+    Lit,
     X,
     crossing_at,
     lit,
@@ -160,25 +161,40 @@ def test_lights_between_carriageways_are_those_of_the_arms(rule: Rule) -> None:
     assert not found.left_out
 
 
-@EITHER
-def test_lights_between_carriageways_that_are_junctions_of_their_own(rule: Rule) -> None:
-    """OSM has them at the four arms alone; who waits between the carriageways has some too."""
-    case = CASES["dual_cross_far_apart"].case
-    nodes = {**case.nodes, "wi": (-25.0, -15.0), "ei": (25.0, 15.0), "si": (15.0, -25.0), "ni": (-15.0, 25.0)}
+def far_apart(half: float, rule: Rule) -> Lit:
+    """Return two dual carriageways of twice `half` m that cross, with lights on the four arms alone."""
+    case = dual_cross(half)
+    nodes = {**case.nodes, "wi": (-half - 10.0, -half), "ei": (half + 10.0, half)}
+    nodes |= {"si": (half, -half - 10.0), "ni": (-half, half + 10.0)}
     ways = {**case.ways}
     for way, text in ((1, "w wi a"), (4, "e2 ei c"), (7, "s si b"), (10, "n2 ni d")):
         ways[way] = (text, case.ways[way][1])
-    found = lit(with_tags(Case(nodes, ways, case.restrictions), wi=SIGNALS, ei=SIGNALS, si=SIGNALS, ni=SIGNALS), rule)
+    return lit(with_tags(Case(nodes, ways, case.restrictions), wi=SIGNALS, ei=SIGNALS, si=SIGNALS, ni=SIGNALS), rule)
+
+
+@EITHER
+def test_where_a_queue_fits_between_carriageways_it_has_lights(rule: Rule) -> None:
+    found = far_apart(30.0, rule)
     assert {found.way(item) for item in found.heads()} == {1, 2, 4, 5, 7, 8, 10, 11}
     assert {bool(item.osm_id) for item in found.heads() if found.way(item) in (2, 5, 8, 11)} == {False}
     guessed = [item.osm_id for item in found.world.diagnostics if item.code == "signal-between"]
     assert sorted(guessed) == ["way/11", "way/2", "way/5", "way/8"]
-    # They are one installation: who goes straight on has green at the next junction, too.
+
+
+@EITHER
+def test_nobody_is_held_twice_where_no_queue_fits_between_carriageways(rule: Rule) -> None:
+    found = far_apart(22.0, rule)
+    assert Counter(found.way(item) for item in found.heads()) == {1: 2, 4: 2, 7: 2, 10: 2}
+    assert len(found.lights.stops) == 4
+    # No sign holds anybody on the roads between, either.
+    assert len(found.lights.signalled) == 8
+    # They are one installation, whose phases keep apart who meets beyond the first junction.
     junctions = sorted(item.id for item in found.world.road_map.junctions)
+    assert len(junctions) == 4
     assert {(item.junction, *item.further_junctions) for item in found.lights.controllers} == {tuple(junctions)}
     way_of = {item.id: found.way(item) for item in found.heads()}
     green = [{way_of[k] for k in item.signals} for item in found.lights.controllers]
-    assert sorted(green, key=min) == [{1, 2, 4, 5}, {7, 8, 10, 11}]
+    assert sorted(green, key=min) == [{1}, {4}, {7}, {10}]
 
 
 def test_a_slip_lane_is_no_part_of_the_signalled_junction() -> None:

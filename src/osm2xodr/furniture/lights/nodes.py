@@ -12,9 +12,18 @@ import numpy as np
 from osm2xodr.conventions import Signs, read_signs
 from osm2xodr.curves import curves_cross, sorted_unique
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
-from osm2xodr.furniture.defaults import ROOM_FOR_CAR
+from osm2xodr.furniture.defaults import ONE_INSTALLATION, ROOM_FOR_CAR
+from osm2xodr.furniture.lights.heads import THROUGH, turn_of
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
-from osm2xodr.furniture.world import Approach, Crossing, World, nearest_segment, points_beside
+from osm2xodr.furniture.world import (
+    Approach,
+    Crossing,
+    Movement,
+    World,
+    junction_behind,
+    nearest_segment,
+    points_beside,
+)
 from osm2xodr.model import Light, NodeControl, RoadsideKind, Sign
 
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
@@ -26,6 +35,8 @@ class Sites:
     """Where lights are."""
 
     approaches: Mapping[int, str]  # OSM element behind the lights of each approach that has any, by its index
+    # Approaches without lights of junctions with lights, by index: those of the junction before let their traffic go
+    passed: frozenset[int]
     # All crossings of signalled junctions where people have lights: (id of the junction, crossing)
     crossings: tuple[tuple[int, Crossing], ...]
     on_roads: tuple[RoadLight, ...]  # Lights apart from junctions
@@ -46,7 +57,7 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     lights = {node: item for node, item in world.network.node_facts.controls.items() if item.light is not None}
     crossings = _with_lights_beside(world, crossings)
     if not lights and not any(crossing.signals for crossing in crossings):
-        return Sites({}, (), ())
+        return Sites({}, frozenset(), (), ())
     signs = read_signs(world.network)
     # The first node with lights before each street end that has any, those of crossings included
     first_light: dict[int, int] = {}
@@ -54,14 +65,22 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
         for end in ends if node in lights else ():
             first_light.setdefault(end, node)
     lit = _lit_approaches(world, approaches, signs, first_light)
-    lit |= dict.fromkeys(_between_lit_junctions(world, approaches, signs, lit), "")
-    lit |= _crossing_lit_traffic(world, approaches, signs, first_light, lit)
+    between = _between_lit_junctions(world, approaches, signs, lit)
+    passed = _held_before(world, approaches, between, lit)
+    lit = {k: osm_id for k, osm_id in lit.items() if k not in passed}
+    added = [k for k in between if k not in lit and k not in passed]
+    for k in added:
+        words = "a short road between junctions with lights has none in OSM: it gets some before its junction"
+        world.diagnostics.guessed("signal-between", _way_of(world, approaches[k]), words)
+    lit |= dict.fromkeys(added, "")
+    lit |= _crossing_lit_traffic(world, approaches, signs, first_light, {**lit, **dict.fromkeys(passed, "")})
     junctions = frozenset(approaches[k].junction for k in lit)
     with_lights = [(_junction_at(world, item, junctions), item) for item in crossings if item.signals]
     at_junctions = [(junction, item) for junction, item in with_lights if junction is not None]
     apart = [item for junction, item in with_lights if junction is None]
     covered = {crossing.osm_id for _, crossing in at_junctions}
-    candidates = _not_at_junctions(world, lights, signs, {approaches[k].street_end for k in lit}, junctions, covered)
+    governed = {approaches[k].street_end for k in (*lit, *passed)}
+    candidates = _not_at_junctions(world, lights, signs, governed, junctions, covered)
     named = {item.osm_id for item in candidates}
     others = (item for item in apart if item.osm_id not in named)
     candidates += [Candidate(*item.on_course, None, item.osm_id, True) for item in others]
@@ -70,7 +89,7 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     for osm_id in sorted({item.osm_id for item in candidates} - placed):
         _leave_out(world, osm_id, "no cars drive on the road there")
     on_roads, joined = _with_room(on_roads, [approaches[k] for k in lit])
-    return Sites(lit, (*at_junctions, *joined), on_roads)
+    return Sites(lit, passed, (*at_junctions, *joined), on_roads)
 
 
 def _with_room(
@@ -138,25 +157,47 @@ def _lit_approaches(
 def _between_lit_junctions(
     world: World, approaches: Sequence[Approach], signs: Signs, lit: Mapping[int, str]
 ) -> list[int]:
-    """Return the approaches without lights or signs that come from another junction with lights over a short road.
+    """Return the approaches without lights or signs of their own that come from another junction with lights nearby.
 
     Where the carriageways of a wide road are junctions of their own but one intersection, OSM has the lights at the
-    outer arms only.
+    outer arms, or at the nodes where ways cross.
     """
     junctions = {approaches[k].junction for k in lit}
-    out = []
+    return [
+        k
+        for k, approach in enumerate(approaches)
+        if approach.junction in junctions
+        and approach.street_end not in signs.before_end
+        and junction_behind(world, approach) in junctions
+        and world.lanes.length(approach.road) <= SIGN_REACH
+    ]
+
+
+def _held_before(
+    world: World, approaches: Sequence[Approach], between: Sequence[int], lit: Mapping[int, str]
+) -> frozenset[int]:
+    """Return which of the approaches `between` junctions need no lights: their traffic is held one junction before.
+
+    No queue fits on so short a road, and most of those who come to it (straight on, if any do) have just been let go
+    by lights at an outer arm.
+    """
+    inner = frozenset(between)
+    outer = frozenset(lit) - inner
+    coming: dict[tuple[int, bool], list[tuple[int, Movement]]] = defaultdict(list)
     for k, approach in enumerate(approaches):
-        if k in lit or approach.junction not in junctions or approach.street_end in signs.before_end:
+        for item in approach.movements:
+            coming[item.exit_road, item.exit_at_start].append((k, item))
+    out = []
+    for k in between:
+        road, at_end = approaches[k].road, approaches[k].at_end
+        if world.lanes.length(road) > ONE_INSTALLATION:
             continue
-        road = world.lanes.road(approach.road)
-        behind = road.predecessor if approach.at_end else road.successor
-        if behind is None or not behind.to_junction or behind.id not in junctions:
-            continue
-        if world.lanes.length(approach.road) <= SIGN_REACH:
+        ways = [(other, item) for other, item in coming[road, at_end] if approaches[other].road != road]
+        straight = [other for other, item in ways if turn_of(item) == THROUGH] or [other for other, _ in ways]
+        held = sum(other in outer for other in straight)
+        if 2 * held > len(straight) and all(other in outer or other in inner for other, _ in ways):
             out.append(k)
-            words = "a short road between junctions with lights has none in OSM: it gets some before its junction"
-            world.diagnostics.guessed("signal-between", _way_of(world, approach), words)
-    return out
+    return frozenset(out)
 
 
 def _way_of(world: World, approach: Approach) -> str:

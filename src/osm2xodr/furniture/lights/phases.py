@@ -1,17 +1,18 @@
 """Which lights of a junction may be green together.
 
 Heads of different approaches conflict if movements of theirs come so near to each other that cars would touch, or end
-on the same lane. Heads of one approach never do: cars side by side look out for each other. The graph of conflicts is
-coloured with few colours (DSATUR: D. Brélaz, New methods to color the vertices of a graph, Communications of the ACM
-22, 1979). Traffic straight on from opposite arms shares a colour where that takes no further one. People cross while
-all cars wait, as some movement of cars leads across each arm.
+on the same lane; where a short road has no lights at its far end, what they let go there counts as theirs. Heads of
+one approach never do: cars side by side look out for each other. The graph of conflicts is coloured with few colours
+(DSATUR: D. Brélaz, New methods to color the vertices of a graph, Communications of the ACM 22, 1979). Traffic
+straight on from opposite arms shares a colour where that takes no further one. People cross while all cars wait, as
+some movement of cars leads across each arm.
 """
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations, pairwise
 from typing import Final
 
@@ -19,7 +20,7 @@ import numpy as np
 
 from osm2xodr.curves import heading_at, lengths, repeated, starts
 from osm2xodr.furniture.lights.heads import THROUGH, Head, turn_of
-from osm2xodr.furniture.world import Approach, Movement, World, points_beside
+from osm2xodr.furniture.world import Approach, Movement, World, lane_at_other_end, points_beside
 from osm2xodr.model import VEHICLE_LANES, BoolArray, Controller, FloatArray, IntArray
 
 # Arms are opposite if a straight line bends by at most this from one to the other, rad (45 degrees); a choice.
@@ -34,13 +35,23 @@ _PATH_STEP: Final = 1.0
 class Phases:
     """Finds out which of the heads for cars at junctions may be green together."""
 
-    def __init__(self, world: World, approaches: Sequence[Approach], heads: Sequence[Head]) -> None:
+    def __init__(
+        self, world: World, approaches: Sequence[Approach], heads: Sequence[Head], passed: Collection[int]
+    ) -> None:
         self._heads = heads
         rows = [(k, movement) for k, head in enumerate(heads) for movement in head.movements]
+        own = len(rows)
+        inner = {(approaches[k].road, approaches[k].at_end): approaches[k] for k in passed}
+        rows += [(k, item) for k, head in enumerate(heads) for item in _beyond(world, head.movements, inner)]
         self._movements = [movement for _, movement in rows]
         self._of_head: dict[int, list[int]] = defaultdict(list)
+        self._all_of_head: dict[int, list[int]] = defaultdict(list)  # With those beyond roads without lights
         for row, (k, _) in enumerate(rows):
-            self._of_head[k].append(row)
+            self._all_of_head[k].append(row)
+            if row < own:
+                self._of_head[k].append(row)
+        connecting = [world.lanes.road(item.connecting_road).junction for item in self._movements]
+        self._junction = np.array([-1 if item is None else item for item in connecting], np.int64)
         self._first, self._x, self._y = _paths(world, self._movements)
         of_head = [approaches[head.approach] for head in heads]
         self._heading = _headings(world, of_head)
@@ -62,14 +73,14 @@ class Phases:
 
     def conflicts(self, heads: Sequence[int]) -> BoolArray:
         """Return which of n heads conflict, (n, n)."""
-        rows = [row for k in heads for row in self._of_head[k]]
-        owner = repeated([len(self._of_head[k]) for k in heads])
-        one, other = np.nonzero(self._meeting(rows))
+        rows = [row for k in heads for row in self._all_of_head[k]]
+        owner = repeated([len(self._all_of_head[k]) for k in heads])
+        junction = self._junction[rows]
+        one, other = np.nonzero(self._meeting(rows) & (junction[:, None] == junction))
         out = np.zeros((len(heads), len(heads)), bool)
         out[owner[one], owner[other]] = True
         arm = np.array([self._heads[k].approach for k in heads], np.int64)
-        junction = np.array([self._approach[k].junction for k in heads], np.int64)
-        found: BoolArray = out & (arm[:, None] != arm) & (junction[:, None] == junction)
+        found: BoolArray = out & (arm[:, None] != arm)
         return found
 
     def meeting(self, heads: Sequence[int]) -> tuple[list[int], list[Movement], BoolArray]:
@@ -150,6 +161,27 @@ def controllers_of(
         name, first, further = f"{place}, phase {k + 1}{who}", junctions[0], tuple(junctions[1:])
         out.append(Controller(world.ids.controller(), name, tuple(sorted(ids)), first, k, kind, further))
     return out
+
+
+def _beyond(
+    world: World, movements: Sequence[Movement], inner: Mapping[tuple[int, bool], Approach]
+) -> list[Movement]:
+    """Return the movements on from roads that some movements lead to and that have no lights of their own.
+
+    `inner` are the approaches of these roads, by road and whether traffic comes to its end.
+    """
+    out: dict[Movement, None] = {}
+    reached = list(movements)
+    while reached:
+        item = reached.pop()
+        approach = inner.get((item.exit_road, item.exit_at_start))
+        if approach is None:
+            continue
+        lane = lane_at_other_end(world, item.exit_road, item.exit_lane, along=item.exit_at_start)
+        onwards = [one for one in approach.movements if one.entry_lane == lane and one not in out]
+        out |= dict.fromkeys(onwards)
+        reached += onwards
+    return list(out)
 
 
 def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ own road and of others.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -22,7 +22,7 @@ from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.programmes import junction_programmes
 from osm2xodr.furniture.lights.road_lights import RoadLight
-from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World
+from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World, junction_behind
 from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
 
 _KIND: Final = Sign.SIGNALS.value
@@ -48,7 +48,7 @@ class Lights:
 def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Lights:
     """Place all traffic lights: at junctions, on roads apart from them, and for people at crossings with lights."""
     sites = find_sites(world, approaches, crossings)
-    lit = frozenset((approaches[k].road, approaches[k].at_end) for k in sites.approaches)
+    lit = frozenset((approaches[k].road, approaches[k].at_end) for k in (*sites.approaches, *sites.passed))
     placed = Lights(tuple((light.road, light.section_break()) for light in sites.on_roads), lit)
     _at_junctions(world, approaches, sites, placed)
     for light in sites.on_roads:
@@ -82,10 +82,10 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, pl
     people: dict[int, list[Signal]] = defaultdict(list)
     for junction, crossing in sites.crossings if world.options.target.lights_for_people else ():
         people[junction] += people_heads(world, crossing, _towards(world, crossing, junction))
-    phases = Phases(world, approaches, heads)
+    phases = Phases(world, approaches, heads, sites.passed)
     alone = {junction: phases.groups(rows) for junction, rows in members.items()}
     counts = {junction: len(groups) for junction, groups in alone.items()}
-    for group in installations(world, approaches, sites.approaches, counts):
+    for group in installations(world, approaches, sites, counts):
         rows = [k for junction in group for k in members[junction]]
         ids = [signal.id for junction in group for signal in people[junction]]
         together = alone[group[0]] if len(group) == 1 else phases.groups(rows)
@@ -124,38 +124,31 @@ def _on_road(world: World, light: RoadLight, placed: Lights) -> None:
 
 
 def installations(
-    world: World, approaches: Sequence[Approach], lit: Iterable[int], phases: Mapping[int, int]
+    world: World, approaches: Sequence[Approach], sites: Sites, phases: Mapping[int, int]
 ) -> list[list[int]]:
     """Return groups of junctions with lights, by ascending ids.
 
-    Junctions share a group if an approach to one of them, of those with lights (indices `lit`), is a road of up to
-    `ONE_INSTALLATION` that comes from the other. `phases` says how many each junction takes alone: where one is
-    enough, nobody waits for anybody, and other junctions need not be waited for.
+    Junctions share a group if the lights of one let traffic go through the other, or if an approach with lights to
+    one of them is a road of up to `ONE_INSTALLATION` that comes from the other. `phases` says how many each junction
+    takes alone: where one is enough, nobody waits for anybody, and other junctions need not be waited for.
     """
     ids = sorted(phases)
-    place = {junction: k for k, junction in enumerate(ids) if phases[junction] > 1}
-    pairs = np.array(
-        [
-            (place[approaches[k].junction], place[behind])
-            for k in lit
-            if approaches[k].junction in place
-            and (behind := _junction_behind(world, approaches[k])) in place
-            and world.lanes.length(approaches[k].road) <= ONE_INSTALLATION
-        ],
-        np.int64,
-    ).reshape(-1, 2)
-    links = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(ids), len(ids)))
+    place = {junction: k for k, junction in enumerate(ids)}
+    near = [k for k in sites.approaches if world.lanes.length(approaches[k].road) <= ONE_INSTALLATION]
+    found = [
+        (k, approaches[k].junction, junction_behind(world, approaches[k])) for k in (*near, *sorted(sites.passed))
+    ]
+    pairs = [
+        (place[one], place[other])
+        for k, one, other in found
+        if one in place and other in place and (k in sites.passed or min(phases[one], phases[other]) > 1)
+    ]
+    ends = np.array(pairs, np.int64).reshape(-1, 2)
+    links = scipy.sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(len(ids), len(ids)))
     groups: dict[int, list[int]] = {}
     for junction, group in zip(ids, connected_components(links, directed=False)[1].tolist(), strict=True):
         groups.setdefault(group, []).append(junction)
     return list(groups.values())
-
-
-def _junction_behind(world: World, approach: Approach) -> int | None:
-    """Return the id of the junction from which an approach comes; None where it comes from none."""
-    road = world.lanes.road(approach.road)
-    link = road.predecessor if approach.at_end else road.successor
-    return link.id if link is not None and link.to_junction else None
 
 
 def off_lanes(world: World, signals: Sequence[Signal]) -> list[Signal]:

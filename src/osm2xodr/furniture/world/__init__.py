@@ -7,6 +7,8 @@ from osm2xodr.furniture.world.approaches import (
     car_lanes,
     crossings_on_course,
     find_approaches,
+    junction_behind,
+    lane_at_other_end,
     with_room_for_line,
 )
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
@@ -48,6 +50,8 @@ __all__ = [
     "curves_near",
     "find_approaches",
     "find_rail_stops",
+    "junction_behind",
+    "lane_at_other_end",
     "lane_ranges",
     "nearest_segment",
     "outline",

@@ -150,3 +150,20 @@ def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]
     cars = [lane for lane in world.lanes.lanes(road, s) if lane.type in VEHICLE_LANES]
     own = (lane.id for lane in cars if lane.type is LaneType.BIDIRECTIONAL or runs(lane.id) == along)
     return tuple(sorted(own, key=abs))
+
+
+def junction_behind(world: World, approach: Approach) -> int | None:
+    """Return the id of the junction from which an approach comes; None where it comes from none."""
+    road = world.lanes.road(approach.road)
+    link = road.predecessor if approach.at_end else road.successor
+    return link.id if link is not None and link.to_junction else None
+
+
+def lane_at_other_end(world: World, road: int, lane: int, *, along: bool) -> int | None:
+    """Return the id at a road's end (`along`, else its start) of a lane at its other end; None if it ends before."""
+    sections = world.lanes.road(road).lane_sections
+    found: int | None = lane
+    for section in sections[:-1] if along else sections[:0:-1]:
+        one = next((item for item in section.lanes if item.id == found), None)
+        found = None if one is None else one.successor if along else one.predecessor
+    return found
