@@ -26,6 +26,8 @@ if TYPE_CHECKING:
         OutputError as OutputError,
     )
     from osm2xodr.library import (
+        AreaKeywords as AreaKeywords,
+        ConvertKeywords as ConvertKeywords,
         ConvertOptions as ConvertOptions,
         check as check,
         convert as convert,
@@ -49,6 +51,8 @@ _EXPORTS = {
     "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
     "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
     "library": (
+        "AreaKeywords",
+        "ConvertKeywords",
         "ConvertOptions",
         "check",
         "convert",
@@ -67,9 +71,10 @@ _EXPORTS = {
 
 if not TYPE_CHECKING:
     # Type checkers know all names, and would take any other for one that this finds.
+    __all__ = sorted(["__version__", *(name for names in _EXPORTS.values() for name in names)])
     __getattr__ = lazy_exports(__name__, _EXPORTS)
 
 
 def __dir__() -> list[str]:
     """Return the names that the library offers, loaded or not."""
-    return sorted(["__version__", *(name for names in _EXPORTS.values() for name in names)])
+    return list(globals()["__all__"])

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
+import tools.option_types as types_of_options
 
 import osm2xodr
 from osm2xodr.library.options import DECLARATIONS, ConvertOptions
+
+if TYPE_CHECKING:
+    # The gate's mypy finds all of these, and would say so if it did not.
+    osm2xodr.convert("area.osm", wais="major")  # type: ignore[call-arg]
+    osm2xodr.convert("area.osm", target="karla")  # type: ignore[arg-type]
+    osm2xodr.convert("area.osm", jobs="two")  # type: ignore[arg-type]
+    ConvertOptions(wais="major")  # type: ignore[call-arg]
+
+
+def test_the_types_of_options_are_those_of_their_declarations() -> None:
+    assert types_of_options.TARGET.read_text(encoding="utf-8") == types_of_options.module()
+    keywords = osm2xodr.ConvertKeywords
+    assert keywords.__annotations__.keys() == DECLARATIONS.keys()
+    assert keywords.__required_keys__ == frozenset()
 
 
 def test_lists_and_tables_become_text() -> None:

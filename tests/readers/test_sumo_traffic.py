@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from osm2xodr.model import FloatArray
 LEFT_HAND, RIGHT_HAND = "fremantle_placement", "montlake_roundabout"
 
 
-def convert(name: str, target: str, folder: Path) -> Path:
+def convert(name: str, target: Literal["generic", "sumo"], folder: Path) -> Path:
     """Convert a scene for a reader."""
     scene = scene_named(name)
     osm2xodr.convert(scene.osm, scene.dem, folder / f"{target}.xodr", target=target)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pydoc
 import subprocess
 import sys
 from pathlib import Path
@@ -70,6 +71,21 @@ def test_the_library_loads_when_it_is_used() -> None:
     found = loaded("import osm2xodr")
     assert {name for name in found if name.startswith("osm2xodr.")} == {"osm2xodr.system", "osm2xodr.system.lazy"}
     assert found & (READERS | HEAVY | NEEDLESS | {"numpy", "click"}) == set()
+
+
+def test_help_shows_what_the_library_has() -> None:
+    text = pydoc.render_doc(osm2xodr, renderer=pydoc.plaintext)
+    for line in (
+        "    convert(area: 'str | os.PathLike[str]', ",
+        "    check(file: ",
+        "    class Locator(",
+        "    class Conversion(",
+    ):
+        assert line in text, line
+    assert "Turn an OpenStreetMap file and elevation models into an OpenDRIVE road network." in text
+    namespace: dict[str, object] = {}
+    exec("from osm2xodr import *", namespace)
+    assert set(osm2xodr.__all__) <= namespace.keys()  # type: ignore[attr-defined]
 
 
 def test_the_library_has_what_it_says() -> None:

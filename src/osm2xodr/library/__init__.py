@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         render as render,
         report as report,
     )
+    from osm2xodr.library.keywords import AreaKeywords as AreaKeywords, ConvertKeywords as ConvertKeywords
     from osm2xodr.library.maps import AreaMap as AreaMap, area_map as area_map
     from osm2xodr.library.options import (
         DECLARATIONS as DECLARATIONS,
@@ -62,6 +63,7 @@ __getattr__ = lazy_exports(
             "render",
             "report",
         ),
+        "keywords": ("AreaKeywords", "ConvertKeywords"),
         "parts": ("clipping", "crop", "merge"),
         "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
         "options": ("ConvertOptions", "DECLARATIONS"),

@@ -7,7 +7,7 @@ import difflib
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from osm2xodr import pipeline
 from osm2xodr.diagnostics import Diagnostics
@@ -26,6 +26,11 @@ from osm2xodr.surface import SurfaceOptions, expand
 from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from osm2xodr.library.keywords import ConvertKeywords
+
 _Stage = TypeVar("_Stage")
 
 
@@ -37,7 +42,7 @@ def convert(
     *,
     on_stage: Callable[[str], None] | None = None,
     layouts: Layouts | None = None,
-    **changes: Any,
+    **changes: Unpack[ConvertKeywords],
 ) -> Conversion:
     """Turn an OpenStreetMap file and elevation models into an OpenDRIVE road network.
 
@@ -86,7 +91,7 @@ def convert(
     >>> network = osm2xodr.convert("area.osm", dem="dem.tif", ways="major")  # doctest: +SKIP
     >>> network.write("area.xodr")  # doctest: +SKIP
     """
-    options = _changed(options or ConvertOptions(), changes)
+    options = _changed(options or ConvertOptions(), {**changes})
     osm, dems = Path(area), expand(paths(dem))
     with area_map(osm, options, on_stage or (lambda stage: None)) as found:
         wanted = pipeline_options(found.path, dems, found.options)

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS, Declaration, Group, Reported, declarations
@@ -23,6 +23,11 @@ from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.surface import SurfaceOptions
 from osm2xodr.system import STANDARD_OUTPUT
 from osm2xodr.xodrWriter import WriteOptions
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from osm2xodr.library.keywords import ConvertKeywords
 
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
@@ -142,6 +147,10 @@ class ConvertOptions(_Fields):  # type: ignore[misc,unused-ignore] # noqa: D101 
         A value cannot be, or two contradict each other.
     """
 
+    if TYPE_CHECKING:
+
+        def __init__(self, **options: Unpack[ConvertKeywords]) -> None: ...
+
     def __post_init__(self) -> None:
         for name, declaration in DECLARATIONS.items():
             value = _checked(name, getattr(self, name), declaration)
@@ -197,7 +206,7 @@ class ConvertOptions(_Fields):  # type: ignore[misc,unused-ignore] # noqa: D101 
         value = getattr(self, name) if name else None
         return {} if value is None else {field.name: DECLARATIONS[name].for_stage(value)}
 
-    def changed(self, **changes: Any) -> ConvertOptions:
+    def changed(self, **changes: Unpack[ConvertKeywords]) -> ConvertOptions:
         """Return options with other values of some."""
         out: ConvertOptions = dataclasses.replace(cast(Any, self), **changes)
         return out
