@@ -71,7 +71,7 @@ _EXPORTS = {
 
 if not TYPE_CHECKING:
     # Type checkers know all names, and would take any other for one that this finds.
-    __all__ = sorted(["__version__", *(name for names in _EXPORTS.values() for name in names)])
+    __all__ = ["__version__", *sorted(name for names in _EXPORTS.values() for name in names)]  # noqa: PLE0604 (all are)
     __getattr__ = lazy_exports(__name__, _EXPORTS)
 
 
