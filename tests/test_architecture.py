@@ -160,7 +160,7 @@ def test_no_stage_knows_another_one() -> None:
 def test_the_conversion_knows_its_stages_alone() -> None:
     reached = reached_from("pipeline")
     assert reached > STAGES - {"xodrWriter"}
-    around = {"batching", "checking", "cli", "exporting", "fetching", "library", "parts", "viewing"}
+    around = {"batching", "checking", "cli", "exporting", "fetching", "library", "parts", "starting", "viewing"}
     assert reached & around == set()
 
 

@@ -4,9 +4,9 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`convert` makes a road network; `read`, `check`, `report`, `render`, `export`, `export_scene`, `crop`, `merge` and
-`Locator` work with OpenDRIVE files of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded
-when first used.
+`convert` makes a road network, and `start` a folder that a simulator runs; `read`, `check`, `report`, `render`,
+`export`, `export_scene`, `crop`, `merge` and `Locator` work with OpenDRIVE files of any writer. All that can go wrong
+is an `Osm2xodrError`. Everything is loaded when first used.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     )
     from osm2xodr.opendrive import Locator as Locator
     from osm2xodr.reporting import Conversion as Conversion, Written as Written
+    from osm2xodr.starting import Started as Started, start as start
     from osm2xodr.xodrWriter import WriteOptions as WriteOptions
 
 # The only place where it stands: the build reads it here. Asking the installed package's metadata for it would take
@@ -66,6 +67,7 @@ _EXPORTS = {
     ),
     "opendrive": ("Locator",),
     "reporting": ("Conversion", "Written"),
+    "starting": ("Started", "start"),
     "xodrWriter": ("WriteOptions",),
 }
 

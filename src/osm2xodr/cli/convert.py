@@ -256,7 +256,7 @@ def _convert(
         about = summary(conversion, written.diagnostics, has_heights=bool(wanted.dem))
         command = "" if output == STANDARD_OUTPUT else conversion.load_command(output)
         if not quiet:
-            _report(conversion, written, time.monotonic() - began, wanted.verbose)
+            report_conversion(conversion, written, time.monotonic() - began, wanted.verbose)
         log = conversion.report(written) if html is not None else b""
         # The check and the page read the file, and need the memory. The search would go through all of it once more.
         del conversion
@@ -278,13 +278,15 @@ def _convert(
             status, findings = _check_and_show(wanted, about_page, progress)
     finally:
         if not quiet:
-            _sum_up(about.lines(findings, 1 + wanted.check + (html is not None) + bool(command)), command)
+            sum_up(about.lines(findings, 1 + wanted.check + (html is not None) + bool(command)))
+            if command:
+                _echo(f"osm2xodr: load it with: {command}")
     if wanted.from_report is not None:
         check_replay(wanted.from_report, written, click.get_current_context())
     return status
 
 
-def _report(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:
+def report_conversion(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:
     """Print what was written, and on request what was found."""
     size = f"{written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {conversion.options.version}"
     _echo(f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s")
@@ -294,12 +296,10 @@ def _report(conversion: Conversion, written: Written, seconds: float, verbose: i
         _echo(text)
 
 
-def _sum_up(lines: Sequence[Line], command: str) -> None:
-    """Print the summary, and what loads the file, if a reader needs to be told."""
+def sum_up(lines: Sequence[Line]) -> None:
+    """Print the summary of a conversion."""
     for line in lines:
         _echo(line.text, line.style)
-    if command:
-        _echo(f"osm2xodr: load it with: {command}")
 
 
 def _echo(text: str, style: Style = Style.PLAIN) -> None:

@@ -135,6 +135,7 @@ class _Program(click.Group):
 _COMMANDS: Final = _Commands(
     fetch="fetch",
     convert="convert",
+    start="start",
     batch="batch",
     check="check",
     report="report",

@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.library.converting import convert as convert, pipeline_options as pipeline_options
+    from osm2xodr.library.converting import (
+        changed_options as changed_options,
+        convert as convert,
+        pipeline_options as pipeline_options,
+    )
     from osm2xodr.library.corrections import read_corrections as read_corrections
     from osm2xodr.library.exports import (
         EXPORT_FORMATS as EXPORT_FORMATS,
@@ -44,7 +48,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "maps": ("AreaMap", "area_map"),
-        "converting": ("convert", "pipeline_options"),
+        "converting": ("changed_options", "convert", "pipeline_options"),
         "corrections": ("read_corrections",),
         "exports": (
             "EXPORT_FORMATS",

@@ -91,7 +91,7 @@ def convert(
     >>> network = osm2xodr.convert("area.osm", dem="dem.tif", ways="major")  # doctest: +SKIP
     >>> network.write("area.xodr")  # doctest: +SKIP
     """
-    options = _changed(options or ConvertOptions(), {**changes})
+    options = changed_options(options or ConvertOptions(), {**changes})
     osm, dems = Path(area), expand(paths(dem))
     with area_map(osm, options, on_stage or (lambda stage: None)) as found:
         wanted = pipeline_options(found.path, dems, found.options)
@@ -109,8 +109,8 @@ def convert(
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)
 
 
-def _changed(options: ConvertOptions, changes: dict[str, Any]) -> ConvertOptions:
-    """Return options with some of them changed."""
+def changed_options(options: ConvertOptions, changes: dict[str, Any]) -> ConvertOptions:
+    """Return options with some of them changed; `TypeError` if there is no such option."""
     for name in changes:
         if name not in DECLARATIONS:
             near = difflib.get_close_matches(name, DECLARATIONS, 1)

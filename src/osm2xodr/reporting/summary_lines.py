@@ -48,11 +48,11 @@ class Summary:
     attention: tuple[tuple[int, str], ...]  # What needs attention, by harm
     counts: str  # How much was guessed, dropped and repaired
 
-    def lines(self, findings: int = 0, used: int = 1) -> list[Line]:
+    def lines(self, findings: int = 0, used: int = 1, more: str = "--report-json, -v") -> list[Line]:
         """Return the lines: what needs attention in order of harm, what was made, how much was guessed.
 
         `findings` is the number of errors and warnings of `check`, `used` that of lines that were said before: all
-        together are ten at most.
+        together are ten at most. `more` are the options that say the guesses one by one.
         """
         ranked = list(self.attention)
         if findings:
@@ -65,7 +65,7 @@ class Summary:
             texts = [*texts[: most - 1], f"and {counted(len(texts) - most + 1, 'kind')} more: -v"]
         heading = [Line("needs attention (osm2xodr explain CODE says more):", Style.HEADING)] if texts else []
         shown = [Line(f"  {text}", Style.ATTENTION) for text in texts]
-        return [*heading, *shown, *(Line(f"  {text}") for text in self.made), Line(self.counts)]
+        return [*heading, *shown, *(Line(f"  {text}") for text in self.made), Line(f"{self.counts}: {more}")]
 
 
 def summary(conversion: Conversion, diagnostics: Diagnostics, *, has_heights: bool) -> Summary:
@@ -80,7 +80,7 @@ def summary(conversion: Conversion, diagnostics: Diagnostics, *, has_heights: bo
     guesses = f"{counts[Kind.GUESSED]:,} guess{'' if counts[Kind.GUESSED] == 1 else 'es'}"
     rest = f"{counts[Kind.DROPPED]:,} dropped, {counts[Kind.REPAIRED]:,} repaired"
     made = tuple(_made(conversion, has_heights=has_heights))
-    return Summary(made, tuple(_attention(diagnostics)), f"{guesses}, {rest}: --report-json, -v")
+    return Summary(made, tuple(_attention(diagnostics)), f"{guesses}, {rest}")
 
 
 def _made(conversion: Conversion, *, has_heights: bool) -> list[str]:

@@ -8,7 +8,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterable, Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 from osm2xodr.errors import OutputError
@@ -24,8 +24,9 @@ _PART: Final = ".osm2xodr-{}.part"
 def atomic_folder(path: Path, index: str, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """Yield an empty folder whose files become those of `path` when the block ends without an exception.
 
-    One of them, `index`, is a JSON object that lists all others by `FILES_KEY`. Of what is in the folder `path` those
-    files are replaced or removed that its own index lists; all others stay. Files are moved into the folder one by
+    One of them, `index`, is a JSON object that lists all others by `FILES_KEY`, those in folders below as
+    ``folder/name``. Of what is in the folder `path` those files are replaced or removed that its own index lists; all
+    others stay. Files are moved into the folder one by
     one: a process that is killed at that moment leaves an index of old and new ones with ``"incomplete": true``.
     `OutputError` says why a folder cannot be written.
     """
@@ -38,8 +39,8 @@ def atomic_folder(path: Path, index: str, inputs: Iterable[Path] = ()) -> Iterat
         try:
             new.mkdir()
             yield new
-            for item in new.iterdir():
-                _sync(item)
+            for name in _files(new):
+                _sync(new / name)
             with uninterrupted():
                 if target.exists():
                     _move(new, target, index)
@@ -66,7 +67,7 @@ def check_folder(path: Path, index: str, inputs: Iterable[Path] = ()) -> None:
                 raise OutputError(f"the input {item} lies in the folder {path}; choose another folder")
         if path.is_dir():
             if _has_files(target) and not (target / index).is_file():
-                raise OutputError(f"{path} has other files than those of a scene; choose another folder")
+                raise OutputError(f"{path} has other files than what is written there; choose another folder")
             _listed(target, index)
             folder = target
         else:
@@ -79,6 +80,21 @@ def check_folder(path: Path, index: str, inputs: Iterable[Path] = ()) -> None:
         # A RuntimeError means a symbolic link that leads back to itself.
         reason = (getattr(error, "strerror", None) or "a symbolic link leads back to itself").lower()
         raise OutputError(f"cannot write the folder {path}: {reason}; choose another place") from None
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the names of all files in a folder and in those below it, in order."""
+    return sorted(item.relative_to(folder).as_posix() for item in folder.rglob("*") if not item.is_dir())
+
+
+def _between(folder: Path, name: str) -> list[Path]:
+    """Return the folders between a folder and a file below it, the innermost first."""
+    return [folder / item for item in PurePosixPath(name).parents[:-1]]
+
+
+def _is_own(folder: Path) -> bool:
+    """Return whether a path is a folder and does not lead elsewhere."""
+    return folder.is_dir() and not folder.is_symlink()
 
 
 def _has_files(folder: Path) -> bool:
@@ -102,17 +118,18 @@ def _listed(folder: Path, index: str) -> set[str]:
 
 
 def _is_plain(name: str) -> bool:
-    """Return whether a name is that of a file in the folder itself, whatever the system separates names with."""
-    return bool(name) and name not in (".", "..") and not set(name) & {"/", "\\", ":", "\0"}
+    """Return whether a name is that of a file in the folder or below it, whatever the system separates names with."""
+    return all(part not in ("", ".", "..") and not set(part) & {"\\", ":", "\0"} for part in name.split("/"))
 
 
 def _move(new: Path, target: Path, index: str) -> None:
     """Replace the files that a folder's index lists by new ones."""
     with _alone(target):
-        names, old = {item.name for item in new.iterdir()}, _listed(target, index)
+        names, old = set(_files(new)), _listed(target, index)
         for name in sorted(names):
             place = target / name
-            if place.is_dir() or (os.path.lexists(place) and name not in old):
+            astray = any(os.path.lexists(item) and not _is_own(item) for item in _between(target, name))
+            if astray or place.is_dir() or (os.path.lexists(place) and name not in old):
                 raise OutputError(f"{place} is not of what was written there before; choose another folder")
         between = new / f"{index}.between"
         known = {"incomplete": True, FILES_KEY: sorted((names | old) - {index})}
@@ -120,10 +137,15 @@ def _move(new: Path, target: Path, index: str) -> None:
         _sync(between)
         between.replace(target / index)
         for name in sorted(names - {index}):
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
             (new / name).replace(target / name)
         for name in sorted(old - names):
-            if not (target / name).is_dir():
+            if all(map(_is_own, _between(target, name))) and not (target / name).is_dir():
                 (target / name).unlink(missing_ok=True)
+            for folder in _between(target, name):
+                # Not empty, if others have files in it.
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
         (new / index).replace(target / index)
 
 

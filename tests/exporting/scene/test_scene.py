@@ -190,7 +190,7 @@ def test_folders_of_others_stay(tmp_path: Path) -> None:
     target = tmp_path / "mine"
     target.mkdir()
     (target / "diary.txt").write_text("dear diary", encoding="utf-8")
-    with pytest.raises(OutputError, match="other files than those of a scene"):
+    with pytest.raises(OutputError, match="other files than what is written there"):
         export_scene(tmp_path / "map.xodr", target)
     assert [path.name for path in target.iterdir()] == ["diary.txt"]
 

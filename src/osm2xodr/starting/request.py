@@ -1,0 +1,45 @@
+"""What a simulator's module is given, and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from osm2xodr.reporting import Conversion
+
+# Stands for the folder in a command.
+FOLDER: Final = "{folder}"
+# The road network in the folder.
+XODR: Final = "map.xodr"
+
+
+@dataclass(frozen=True)
+class Request:
+    """A road network, and the folder that is being written for a simulator."""
+
+    conversion: Conversion  # Written as `XODR` in the folder
+    area: Path  # The OpenStreetMap file, of the area alone
+    dems: tuple[Path, ...]
+    dem_options: Mapping[str, str | None]  # ``dem_crs``, ``dem_unit`` and ``dem_encoding``
+    folder: Path
+    name: str  # Of the map: letters, digits and underscores
+    tile: float | None  # Width of tiles of a scene, m; None where that is not said
+    on_stage: Callable[[str], None]
+
+    @property
+    def xodr(self) -> Path:
+        """The road network."""
+        return self.folder / XODR
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was written for a simulator."""
+
+    needs: str  # What has to be installed, a sentence
+    command: str  # Starts the simulator; `FOLDER` stands for the folder
+    files: Mapping[str, str]  # What each file is, but for `XODR`
+    notes: tuple[str, ...] = ()  # What is good to know, without a full stop
+    sections: Mapping[str, str] = field(default_factory=dict)  # Further ones of the README by heading, Markdown
