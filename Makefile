@@ -18,7 +18,7 @@ AREAS :=
 LOOPS := hatch_build.py $(foreach types,$(shell find src -name "*.pxd"),$(types) $(types:.pxd=.py))
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-oldest audit mutants browser bench lint format clean distclean
+.PHONY: help run test test-oldest audit mutants browser bench lint format pictures site clean distclean
 
 # Debian's and Ubuntu's: what the tests open reports in.
 BROWSER_PACKAGES := chromium chromium-driver
@@ -30,6 +30,7 @@ help:
 	@echo 'make audit      look for known vulnerabilities in the libraries of $(VENV); asks a public database'
 	@echo 'make mutants    change the code of heights, junctions and lanes, and count what their tests notice; takes an hour'
 	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
+	@echo 'make site       build the site of the documents in build/site; make pictures: draw their pictures of the sample'
 	@echo 'make lint       linters and types alone'
 	@echo 'make format     put the code into shape'
 	@echo 'make clean      remove what was built; make distclean: and $(VENV)'
@@ -108,6 +109,14 @@ lint: $(VENV)/.test
 format: $(VENV)/.test
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# Draws what docs/how_it_works.md shows.
+pictures: $(VENV)/.test
+	$(BIN)/python tools/draw_stages.py
+
+site: $(VENV)/.test
+	$(BIN)/python tools/make_site.py
+	@echo 'the site is in build/site/index.html'
 
 clean:
 	rm -rf build dist mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,11 +1,16 @@
-"""Compiles the modules that have a `.pxd` file beside them, which says what types their loops have in C.
+"""What the build does: compile loops, and say where the project is.
 
-Where there is no C compiler, or no headers of Python, the same modules run as Python: slower, with the same result.
+Modules that have a `.pxd` file beside them, which says what types their loops have in C, are compiled. Where there is
+no C compiler, or no headers of Python, the same modules run as Python: slower, with the same result.
+
+The address of the repository stands in pyproject.toml alone; the addresses in the metadata, and those of links and
+pictures in the README, are made of it.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import sysconfig
@@ -14,8 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
 
-SOURCE = Path(__file__).parent / "src"
+ROOT = Path(__file__).parent
+SOURCE = ROOT / "src"
 SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 # Every machine is to round as Python does: no multiplication and addition in one, nothing that only newer processors
 # have.
@@ -105,6 +112,34 @@ class CustomBuildHook(BuildHookInterface[Any]):
         if version != "editable":
             included = {str(compiled(path)): str(compiled(path).relative_to(SOURCE)) for path in modules()}
             build_data["force_include"].update(included)
+
+
+def with_addresses(text: str, base: str, version: str) -> str:
+    """Return Markdown of the root in which links to files of the repository are addresses of a version of them."""
+
+    def address(match: re.Match[str]) -> str:
+        kind = "raw" if match[1] else "blob"
+        return f"{match[1]}[{match[2]}]({base}/{kind}/{version}/{match[3]})"
+
+    return re.sub(r"(!?)\[([^\]]*)\]\((?![a-z]+:|#)([^)\s]+)\)", address, text)
+
+
+class CustomMetadataHook(MetadataHookInterface):
+    """Makes the addresses and the description that package indexes show."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Add them."""
+        base = self.config["repository"]
+        metadata["urls"] = {
+            "Repository": base,
+            "Documentation": self.config["documentation"],
+            "Changelog": f"{base}/blob/main/CHANGELOG.md",
+            "Issues": f"{base}/issues",
+        }
+        version = re.search(r'^__version__ = "(.+)"', (SOURCE / "osm2xodr" / "__init__.py").read_text("utf-8"), re.M)
+        assert version is not None
+        text = with_addresses((ROOT / "README.md").read_text(encoding="utf-8"), base, f"v{version[1]}")
+        metadata["readme"] = {"content-type": "text/markdown", "text": text}
 
 
 if __name__ == "__main__":

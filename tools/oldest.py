@@ -8,9 +8,24 @@ from __future__ import annotations
 import importlib.metadata
 import re
 
-# Linters, types, and real readers of OpenDRIVE.
+# Linters, types, real readers of OpenDRIVE, and what documents are made with.
 NOT_NEEDED = frozenset(
-    {"lxml-stubs", "mypy", "ruff", "scipy-stubs", "eclipse-sumo", "asam-qc-opendrive", "carla", "lanelet2", "cython"}
+    {
+        "lxml-stubs",
+        "mypy",
+        "ruff",
+        "scipy-stubs",
+        "eclipse-sumo",
+        "asam-qc-opendrive",
+        "carla",
+        "lanelet2",
+        "cython",
+        "furo",
+        "latex2mathml",
+        "matplotlib",
+        "myst-parser",
+        "sphinx",
+    }
 )
 EXTRA = "test"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import option_types as types_of_options
 import pytest
-import tools.option_types as types_of_options
 
 import osm2xodr
 from osm2xodr.library.options import DECLARATIONS, ConvertOptions

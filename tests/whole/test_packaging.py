@@ -114,7 +114,7 @@ def test_the_container_is_made_of_files_that_are_there() -> None:
     kept = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
     copied = [word for line in re.findall(r"^COPY ([^-].*) \S+$", recipe, re.MULTILINE) for word in line.split()]
     # What the package is built of.
-    assert {"pyproject.toml", "hatch_build.py", "src", "docs", PROJECT["project"]["readme"], "LICENSE"} == set(copied)
+    assert {"pyproject.toml", "hatch_build.py", "src", "docs", "README.md", "LICENSE"} == set(copied)
     for name in copied:
         assert (ROOT / name).exists()
         assert f"!{name}" in kept

@@ -1,0 +1,106 @@
+"""The site of the documents: it builds without a warning, no link leads nowhere, and it brings all that it shows."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import urllib.parse
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from lxml import html
+from PIL import Image
+
+from osm2xodr.cli.program import cli
+
+pytest.importorskip("sphinx")
+import draw_stages
+
+ROOT = Path(__file__).parents[2]
+PICTURES = ROOT / "docs" / "images" / "stages"
+# The largest picture, bytes.
+PICTURE_MAX = 150_000
+# How much pictures may differ, of 255, on average: versions of matplotlib draw text differently.
+DIFFERENCE_MAX = 6.0
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site") / "site"
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "tools" / "make_site.py"), "-o", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder
+
+
+def test_every_link_leads_somewhere(site: Path) -> None:
+    pages = {path: html.parse(path) for path in site.rglob("*.html")}
+    anchors = {path: set(page.xpath("//@id")) | {""} for path, page in pages.items()}
+    checked, wrong = 0, []
+    for path, page in pages.items():
+        for target in page.xpath("//@href | //@src"):
+            parts = urllib.parse.urlsplit(target)
+            if parts.scheme:
+                continue
+            checked += 1
+            file = (path.parent / urllib.parse.unquote(parts.path)).resolve() if parts.path else path
+            found = file.is_file() and (file not in anchors or parts.fragment in anchors[file])
+            if not found:
+                wrong.append(f"{path.name}: {target}")
+    assert wrong == []
+    assert checked > 1000
+
+
+def test_addresses_elsewhere_are_encrypted_ones(site: Path) -> None:
+    elsewhere = {item for path in site.rglob("*.html") for item in html.parse(path).xpath("//a/@href") if ":" in item}
+    assert len(elsewhere) > 5
+    plain = [item for item in elsewhere if not item.startswith("https://") and ".html#" not in item]
+    assert plain == []
+
+
+def test_it_brings_all_that_it_shows(site: Path) -> None:
+    for path in site.rglob("*.html"):
+        page = html.parse(path)
+        shown = page.xpath("//link[@rel='stylesheet']/@href | //script/@src | //img/@src | //iframe/@src")
+        assert [item for item in shown if "//" in item] == []
+    for path in site.rglob("*.css"):
+        assert not re.search(r"url\(['\"]?(https?:)?//|@import", path.read_text(encoding="utf-8")), path.name
+
+
+def test_generated_pages_have_all_options_and_functions(site: Path) -> None:
+    options = (site / "options.html").read_text(encoding="utf-8")
+    for name, command in cli.commands.items():
+        assert f'<section id="{name}">' in options
+        for item in command.params:
+            shown = isinstance(item, click.Option) and not item.hidden
+            assert not shown or f'<span class="pre">{item.opts[-1]}' in options, item.opts
+    python = (site / "python.html").read_text(encoding="utf-8")
+    for name in ("convert", "read", "check", "Locator", "Osm2xodrError"):
+        assert f'id="osm2xodr.{name}"' in python
+
+
+def test_formulas_are_drawn_by_the_browser_itself(site: Path) -> None:
+    text = (site / "method" / "heights.html").read_text(encoding="utf-8")
+    assert text.count("<math ") > 150
+    assert not re.search(r"\\[a-z]{3}", re.sub(r"<code.*?</code>", "", text))
+
+
+def test_the_pictures_of_the_steps_are_those_of_today(tmp_path: Path) -> None:
+    draw_stages.draw(tmp_path)
+    made = sorted(path.name for path in tmp_path.iterdir())
+    assert made == sorted(path.name for path in PICTURES.iterdir())
+    assert len(made) == 10
+    document = (ROOT / "docs" / "how_it_works.md").read_text(encoding="utf-8")
+    assert re.findall(r"images/stages/([\w.]+)\)", document) == made
+    for name in made:
+        assert (PICTURES / name).stat().st_size < PICTURE_MAX
+        kept, new = (np.asarray(Image.open(folder / name).convert("RGB"), float) for folder in (PICTURES, tmp_path))
+        assert kept.shape == new.shape, name
+        assert np.abs(kept - new).mean() < DIFFERENCE_MAX, f"{name} shows what was; renew it: make pictures"
