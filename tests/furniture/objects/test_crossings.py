@@ -176,3 +176,52 @@ def test_crossings_out_of_reach_are_reported() -> None:
     assert said(lost)["crossing-left-out"] == [
         "the crossing is left out: it lies in a junction, more than 15 m from every road that it could cross"
     ]
+
+
+TEE = Case(
+    {
+        "w": (-100.0, 0.0),
+        "o": (0.0, 0.0),
+        "near": (2.5, 0.0),
+        "in": (4.0, 0.0),
+        "e": (100.0, 0.0),
+        "si": (0.0, -4.5),
+        "s": (0.0, -100.0),
+    },
+    {1: ("w o", ""), 2: ("o near in e", ""), 3: ("s si o", "")},
+)
+
+
+def ends_of_line(world: World, crossing: Crossing, rule: Rule) -> list[complex]:
+    """Return the ends of a crossing seen from the middle of `TEE`, in the order of y, m, mirrored for left-hand."""
+    left, right = (point(world.road_map, crossing.road, crossing.s, t) for t in (crossing.left, crossing.right))
+    along = (left - right) / abs(left - right) * -1j
+    middle = 0.5 * (crossing.left + crossing.right)
+    found = [
+        end + along * crossing.skew * (t - middle) for end, t in ((left, crossing.left), (right, crossing.right))
+    ]
+    seen = [end - node_at(world, 1002) for end in found]
+    return sorted((z if side(rule) > 0 else z.conjugate() for z in seen), key=lambda z: z.imag)
+
+
+@EITHER
+def test_a_crossing_leads_from_kerb_to_kerb_where_corners_are_round(rule: Rule) -> None:
+    """Right before a street of 6 m the mouth of the other one is wider than its lanes."""
+    world = world_of(with_tags(TEE, si="highway=crossing"), rule)
+    (crossing,) = find_crossings(world)
+    west, east = sorted(ends_of_line(world, crossing, rule), key=lambda z: z.real)
+    assert -6.0 < west.imag == pytest.approx(east.imag, abs=0.01)
+    assert 4.5 < east.real < 5.5
+    assert west.real == pytest.approx(-east.real, abs=0.3)
+
+
+@EITHER
+@pytest.mark.parametrize(("node", "moved"), [("in", 0.0), ("near", 2.0)])
+def test_a_crossing_ends_at_kerbs_and_not_in_the_mouth_of_another_street(node: str, moved: float, rule: Rule) -> None:
+    world = world_of(with_tags(TEE, **{node: "highway=crossing"}), rule)
+    (crossing,) = find_crossings(world)
+    low, high = ends_of_line(world, crossing, rule)
+    assert low.real == pytest.approx(TEE.nodes[node][0] + moved, abs=0.1)
+    assert high.imag == pytest.approx(3.0, abs=0.4)
+    # The corner begins 3 m from the middle of its own street.
+    assert -8.0 < low.imag < -3.5

@@ -23,6 +23,10 @@ _FROM_END: Final = 0.05
 _ARM_SINE: Final = 0.5
 # Nothing crosses narrower carriageways, m; a choice.
 _NARROWEST_CARRIAGEWAY: Final = 0.5
+# How far a crossing may be moved so that it leads from kerb to kerb, m, and in which steps, m. Choices: people still
+# see the place that OSM has as part of it.
+_MOST_TO_KERBS: Final = 2.0
+_KERB_STEP: Final = 1.0
 # Crossings one behind the other that share more of the shorter are one; a choice.
 _SHARED: Final = 0.5
 
@@ -92,7 +96,7 @@ def _placed(world: World, paths: JunctionPaths, mapped: MappedCrossing, way: _Wa
             return replace(placed, moved=abs(at - way.s)) if isinstance(placed, _Placed) else placed
     if way is not None and (junction := _junction_beyond(world, way)) is not None:
         course, back = _course(world, paths, junction, mapped, way, width)
-        span = paths.span(junction, course) if back < way.beyond(world) else None
+        back, span = _on_pavement(paths, junction, course, back, way.beyond(world))
         if span is not None and span.left - span.right >= _NARROWEST_CARRIAGEWAY:
             return _in_junction(mapped, way, (span, back, width), junction)
     if way is None or way.beyond(world) > defaults.CROSSING_REACH:
@@ -161,6 +165,28 @@ def _course(
     if back is None:
         back = beyond + 0.5 * width
     return replace(course, x=place.x - back * cos(hdg), y=place.y - back * sin(hdg)), back
+
+
+def _on_pavement(
+    paths: JunctionPaths, junction: int, course: Course, back: float, beyond: float
+) -> tuple[float, Span | None]:
+    """Return how far back towards its arm a crossing lies, m, and its span there; none where that is on the arm.
+
+    Where it would end in another arm's mouth, it goes on towards its own arm until it leads from kerb to kerb, if
+    that is near.
+    """
+    first: Span | None = None
+    for k in range(int(_MOST_TO_KERBS / _KERB_STEP) + 1):
+        more = k * _KERB_STEP
+        if back + more >= beyond:
+            return back + more, None
+        x, y = course.x - more * cos(course.hdg), course.y - more * sin(course.hdg)
+        span = paths.span(junction, replace(course, x=x, y=y))
+        if span is not None and span.to_kerbs:
+            return back + more, span
+        if k == 0:
+            first = span
+    return back, first
 
 
 def _junction_beyond(world: World, way: _Way) -> int | None:

@@ -10,7 +10,18 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arccosine, cosine, heading_change, lengths, places_along, pose, sine, slope_of, wrapped
+from osm2xodr.curves import (
+    arccosine,
+    cosine,
+    heading_change,
+    lengths,
+    places_along,
+    pose,
+    sine,
+    slope_of,
+    sorted_unique,
+    wrapped,
+)
 from osm2xodr.furniture.world import World
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneType
 
@@ -35,6 +46,16 @@ _GAP: Final = 1.5
 _OF_ARMS: Final = 12.0
 # How far from the lanes a node lies that is still one of a crossing of them, m; a choice.
 _BESIDE: Final = 2.5
+# Crossings lead on over the rounded corners of the pavement, up to this far, m, in steps of this, m. Choices: the
+# radius of a corner, and what nobody sees.
+_CORNER: Final = 5.0
+_CORNER_STEP: Final = 0.25
+# How far along a road its pavement is like that at a sample, m: farther than to the middle between two, which are
+# farther apart on the outside of bends. Pavements that are this near to each other touch, m. Choices.
+_OF_SAMPLE: Final = 0.8
+_SEAM: Final = 0.05
+# No carriageway reaches farther from its road's reference line, m: as wide as eight lanes. A choice.
+_WIDEST: Final = 28.0
 # Nodes of crossings that lie this near to a crossing's line, m, share it with that crossing; a choice.
 _ON_LINE: Final = 3.0
 
@@ -60,6 +81,7 @@ class Span:
     left: float
     right: float
     skew: float  # How far it leads on along the road for each metre to the left
+    to_kerbs: bool  # Whether the pavement ends at both ends, or another crossing goes on there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +111,7 @@ class JunctionPaths:
         self._world = world
         self._junctions = frozenset(junctions)
         self._nodes = nodes
+        self._known_edges: dict[tuple[int, float], tuple[float, float]] = {}
 
     @cached_property
     def _of_junction(self) -> dict[int, _Samples]:
@@ -168,7 +191,8 @@ class JunctionPaths:
         low, high, inside = _widest(ends)
         if max(low, -high) > _BESIDE:
             return None
-        low, high = self._cut_at_others(course, low, high)
+        before, after = self._to_kerbs(found, course, low, high)
+        low, high, cut = self._cut_at_others(course, low - (before or 0.0), high + (after or 0.0))
         # The straightest of the connecting roads, the nearest of equals
         key = np.lexsort((np.abs(along), np.abs(found.turn[row]).round(2), found.on_arm[row], ~inside))
         best = int(key[0])
@@ -176,20 +200,45 @@ class JunctionPaths:
             return None
         left, right = sorted(((high - along[best]) / per_t[best], (low - along[best]) / per_t[best]), reverse=True)
         skew = float(slope_of(course.across - 0.5 * np.pi - hdg[best]))
-        return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew)
+        ends_well = cut or (before is not None and after is not None)
+        return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew, ends_well)
 
-    def _cut_at_others(self, course: Course, low: float, high: float) -> tuple[float, float]:
-        """Cut a line from `low` to `high` half way to the nodes of other crossings on it, m."""
+    def _to_kerbs(
+        self, found: _Samples, course: Course, low: float, high: float
+    ) -> tuple[float | None, float | None]:
+        """Return how far the pavement reaches beyond both ends of a line, m; None where it does not end soon."""
+        steps = np.arange(_CORNER_STEP, _CORNER + _CORNER_STEP, _CORNER_STEP)
+        along = np.concatenate([low - steps, high + steps])
+        x, y = course.x + along * cosine(course.across), course.y + along * sine(course.across)
+        dx, dy = x[:, None] - found.x, y[:, None] - found.y
+        cos, sin = cosine(found.hdg), sine(found.hdg)
+        t = dy * cos - dx * sin
+        point, row = np.nonzero((np.abs(dx * cos + dy * sin) <= _OF_SAMPLE) & (np.abs(t) <= _WIDEST))
+        edges = {k: self._edges(int(found.curve[k]), float(found.s[k])) for k in sorted_unique(row).tolist()}
+        left, right = np.array([edges[k] for k in row.tolist()]).reshape(-1, 2).T
+        paved = np.zeros(len(along), np.bool_)
+        paved[point[(t[point, row] <= left + _SEAM) & (t[point, row] >= right - _SEAM)]] = True
+        before, after = (
+            None if side.all() else float(np.argmin(side)) * _CORNER_STEP for side in paved.reshape(2, -1)
+        )
+        return before, after
+
+    def _edges(self, curve: int, s: float) -> tuple[float, float]:
+        """Return t of the left and right edge of a road's carriageway, m."""
+        if (curve, s) not in self._known_edges:
+            road = self._world.road_map.roads[curve].id
+            self._known_edges[curve, s] = self._world.lanes.carriageway(road, s)
+        return self._known_edges[curve, s]
+
+    def _cut_at_others(self, course: Course, low: float, high: float) -> tuple[float, float, bool]:
+        """Cut a line from `low` to `high` half way to the nodes of other crossings on it, m; also whether it was."""
         x, y = self._nodes[:, 0] - course.x, self._nodes[:, 1] - course.y
         cos, sin = cosine(course.across), sine(course.across)
         along, off = x * cos + y * sin, y * cos - x * sin
         others = along[(np.abs(off) <= _ON_LINE) & (np.abs(along) > _BESIDE)]
-        before, behind = others[others < 0.0], others[others > 0.0]
-        if len(before):
-            low = max(low, 0.5 * float(before.max()))
-        if len(behind):
-            high = min(high, 0.5 * float(behind.min()))
-        return low, high
+        first = max(low, 0.5 * float(others[others < 0.0].max(initial=-np.inf)))
+        last = min(high, 0.5 * float(others[others > 0.0].min(initial=np.inf)))
+        return first, last, (first, last) != (low, high)
 
 
 def _end(curve: int, length: float, *, at_end: bool) -> tuple[IntArray, FloatArray]:
