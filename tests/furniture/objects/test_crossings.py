@@ -216,7 +216,7 @@ def test_a_crossing_leads_from_kerb_to_kerb_where_corners_are_round(rule: Rule) 
 
 
 @EITHER
-@pytest.mark.parametrize(("node", "moved"), [("in", 0.0), ("near", 2.0)])
+@pytest.mark.parametrize(("node", "moved"), [("in", 0.0), ("near", 1.0)])
 def test_a_crossing_ends_at_kerbs_and_not_in_the_mouth_of_another_street(node: str, moved: float, rule: Rule) -> None:
     world = world_of(with_tags(TEE, **{node: "highway=crossing"}), rule)
     (crossing,) = find_crossings(world)
