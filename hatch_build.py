@@ -26,7 +26,7 @@ SOURCE = ROOT / "src"
 SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 # Every machine is to round as Python does: no multiplication and addition in one, nothing that only newer processors
 # have.
-FLAGS = ["-O2", "-g0", "-ffp-contract=off"]
+FLAGS = ["/O2", "/fp:precise"] if os.name == "nt" else ["-O2", "-g0", "-ffp-contract=off"]
 DIRECTIVES = {
     "language_level": 3,
     "annotation_typing": False,

@@ -67,14 +67,14 @@ OPTIONS: Final = {
 }
 
 
-def build(target: Path) -> None:
-    """Build the site anew; SystemExit if anything is wrong with it."""
+def build(target: Path, builder: str = "html") -> None:
+    """Build the site anew, or do what another builder does; SystemExit if anything is wrong with it."""
     source = target.with_name(f"{target.name}-source")
     for folder in (source, target):
         shutil.rmtree(folder, ignore_errors=True)
     write_pages(source)
     app = Sphinx(
-        str(source), None, str(target), str(source / ".doctrees"), "html", OPTIONS, status=None, warningiserror=True
+        str(source), None, str(target), str(source / ".doctrees"), builder, OPTIONS, status=None, warningiserror=True
     )
     app.build(force_all=True)
     if app.statuscode:
@@ -190,7 +190,9 @@ def main() -> None:
     """Build the site."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "build" / "site")
-    build(parser.parse_args().output)
+    parser.add_argument("--builder", default="html", help="of Sphinx; linkcheck asks for every address elsewhere")
+    options = parser.parse_args()
+    build(options.output, options.builder)
 
 
 if __name__ == "__main__":
