@@ -28,8 +28,9 @@ from osm2xodr.geometry.plan_view import FittedStreets
 from osm2xodr.geometry.road_plan import plan_roads
 from osm2xodr.model import FloatArray, LaneType, PlanView, Road, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import parse_osm
-from osm2xodr.pipeline import PipelineOptions, convert
+from osm2xodr.pipeline import PipelineOptions
 from osm2xodr.projection import offline
+from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, points_along, read_surface
 
 mpl.use("Agg")
@@ -60,7 +61,12 @@ class Stages:
     network: StreetNetwork
     surface: Surface
     fitted: FittedStreets
-    road_map: RoadMap
+    result: Conversion
+
+    @property
+    def road_map(self) -> RoadMap:
+        """The finished roads."""
+        return self.result.road_map
 
     def roads(self, *, inside: bool) -> Iterator[tuple[int, Road]]:
         """Yield index and road of those inside or outside junctions that come near the place."""
@@ -76,7 +82,7 @@ def run() -> Stages:
     with offline():
         surface = read_surface(options.dems, network.frame, *points_along(network.streets), SurfaceOptions(), unheard)
     plan = plan_roads(network, RoadOptions(), unheard)
-    return Stages(network, surface, plan.fitted, convert(options, unheard).road_map)
+    return Stages(network, surface, plan.fitted, osm2xodr.convert(options.area, options.dems))
 
 
 # ---------------------------------------------------------------- the pictures
@@ -340,7 +346,7 @@ def draw(folder: Path) -> None:
         small.save(folder / f"{name}.png", optimize=True)
     with TemporaryDirectory() as temporary:
         made = Path(temporary) / "ordino.xodr"
-        osm2xodr.convert(SAMPLE / "area.osm", dem=SAMPLE / "dem.tif").write(made)
+        stages.result.write(made)
         width = round(SIZE[0] * DPI)
         osm2xodr.render(made, folder / f"{LAST}.png", bbox_xy=BOX, width=width)
 

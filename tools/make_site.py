@@ -7,7 +7,9 @@ extra ``docs``, and no network: the site brings all that it shows. It is also an
 from __future__ import annotations
 
 import argparse
+import base64
 import inspect
+import json
 import re
 import shutil
 import sys
@@ -33,13 +35,13 @@ DOCS: Final = ROOT / "docs"
 
 # Where each page stands; Sphinx refuses one that stands nowhere. An asterisk stands for all pages of such names.
 SECTIONS: Final = {
-    "Start": ("start*", "fetch", "gallery", "how_it_works"),
+    "Start": ("start*.md", "fetch", "gallery", "how_it_works"),
     "Use": (
         "commands", "config", "corrections", "batch", "parts", "report", "check", "readers", "scene", "lanelet2",
         "locate_export",
     ),
     "What is made": ("what_is_written", "elevation", "junctions", "furniture", "accuracy"),
-    "Reference": ("options", "python", "diagnostics"),
+    "Reference": ("options", "python", "*.ipynb", "diagnostics"),
     "Method": (
         "method/README", "method/plan_view", "method/junctions", "method/lanes", "method/heights",
         "method/structures",
@@ -87,6 +89,8 @@ def build(target: Path, builder: str = "html") -> None:
 def write_pages(folder: Path) -> None:
     """Write the source of all pages."""
     shutil.copytree(DOCS, folder, ignore=shutil.ignore_patterns("*.1"))
+    for path in sorted(DOCS.glob("*.ipynb")):
+        write_notebook(path, folder)
     made = {
         "index.md": _root_page("README.md") + "".join(_contents()),
         "changelog.md": _root_page("CHANGELOG.md"),
@@ -98,6 +102,24 @@ def write_pages(folder: Path) -> None:
         if (folder / name).exists():
             raise SystemExit(f"docs/{name} is made by tools/make_site.py; give the document another name")
         (folder / name).write_text(text, encoding="utf-8")
+
+
+def write_notebook(path: Path, folder: Path) -> None:
+    """Write the page of a notebook: its text, code, and what the code printed and drew."""
+    parts = []
+    for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        for place, output in enumerate(cell.get("outputs", ())):
+            data = output.get("data", {"text/plain": output.get("text", ())})
+            if "image/png" in data:
+                name = f"{path.stem}_{number}_{place}.png"
+                (folder / "images" / name).write_bytes(base64.b64decode("".join(data["image/png"])))
+                parts.append(f"![What cell {number + 1} draws](images/{name})")
+            else:
+                parts.append(f"```text\n{''.join(data['text/plain'])}\n```")
+    parts.append(f"{{download}}`As a notebook <{path.name}>`\n")
+    (folder / f"{path.stem}.md").write_text("\n\n".join(parts), encoding="utf-8")
 
 
 def _root_page(name: str) -> str:
@@ -117,7 +139,7 @@ def _contents() -> Iterator[str]:
 
 
 def _named(pattern: str) -> list[str]:
-    return sorted(path.stem for path in DOCS.glob(f"{pattern}.md"))
+    return sorted(path.stem for path in DOCS.glob(pattern))
 
 
 def _options() -> Iterator[str]:

@@ -137,7 +137,7 @@ def test_a_workflow_is_sound(path: Path) -> None:
         assert "uses" not in job or (ROOT / job["uses"]).is_file()
     for step in steps_of(workflow):
         if "uses" in step:
-            assert re.fullmatch(r"[\w.-]+/[\w.-]+@(v\d+(\.\d+)?|release/v\d+)", step["uses"])
+            assert re.fullmatch(r"[\w.-]+/[\w.-]+@(v\d+(\.\d+\.\d+)?|release/v\d+)", step["uses"])
 
 
 def test_what_workflows_run_is_there() -> None:

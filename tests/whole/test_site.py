@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from osm2xodr.cli.program import cli
 
 pytest.importorskip("sphinx")
 import draw_stages
+import make_site
 
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "docs" / "images" / "stages"
@@ -84,6 +86,25 @@ def test_generated_pages_have_all_options_and_functions(site: Path) -> None:
     python = (site / "python.html").read_text(encoding="utf-8")
     for name in ("convert", "read", "check", "Locator", "Osm2xodrError"):
         assert f'id="osm2xodr.{name}"' in python
+
+
+def test_notebooks_become_pages(tmp_path: Path) -> None:
+    drawn, printed = {"data": {"image/png": "iVBORw0K", "text/plain": ["<Figure>"]}}, {"text": ["a\n", "b"]}
+    cells = [
+        {"cell_type": "markdown", "source": ["# Roads\n", "of a *network*"]},
+        {"cell_type": "code", "source": ["print(1)"], "outputs": [printed, drawn]},
+    ]
+    (tmp_path / "roads.ipynb").write_text(json.dumps({"cells": cells}), encoding="utf-8")
+    (tmp_path / "images").mkdir()
+    make_site.write_notebook(tmp_path / "roads.ipynb", tmp_path)
+    assert (tmp_path / "roads.md").read_text(encoding="utf-8").split("\n\n") == [
+        "# Roads\nof a *network*",
+        "```python\nprint(1)\n```",
+        "```text\na\nb\n```",
+        "![What cell 2 draws](images/roads_1_1.png)",
+        "{download}`As a notebook <roads.ipynb>`\n",
+    ]
+    assert (tmp_path / "images" / "roads_1_1.png").read_bytes() == b"\x89PNG\r\n"
 
 
 def test_formulas_are_drawn_by_the_browser_itself(site: Path) -> None:
