@@ -26,7 +26,10 @@ HOMES = {
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batching.cutting", "fetching"},
     "rasterio": {"system", "fetching"},
-    "shapely": {"exporting.scene", "exporting.scene.ground", "exporting.scene.buildings"},
+    "shapely": {"exporting", "exporting.scene", "exporting.scene.ground", "exporting.scene.buildings"},
+    "geopandas": {"exporting"},
+    "networkx": {"exporting"},
+    "pyogrio": {"exporting"},
     "lxml": {"checking.checks", "parts"},
     "distributed": {"batching.workers"},
     "tomli": {"batching"},
@@ -232,8 +235,8 @@ def test_runtime_dependencies_are_those_that_are_imported() -> None:
     required = importlib.metadata.requires("osm2xodr") or []
     declared = {re.split(r"[^\w-]", item)[0] for item in required if "extra ==" not in item}
     # What an option needs that not everybody uses.
-    optional = {"distributed"}
-    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .batch.", item)}
+    optional = {"distributed", "geopandas", "networkx", "pyogrio"}
+    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .(batch|geo).", item)}
     assert optional == extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}

@@ -27,8 +27,15 @@ if TYPE_CHECKING:
     )
     from osm2xodr.library import (
         AreaKeywords as AreaKeywords,
+        Conversion as Conversion,
         ConvertKeywords as ConvertKeywords,
         ConvertOptions as ConvertOptions,
+        Elements as Elements,
+        Junction as Junction,
+        Lane as Lane,
+        Road as Road,
+        RoadNetwork as RoadNetwork,
+        Signal as Signal,
         check as check,
         convert as convert,
         crop as crop,
@@ -40,7 +47,7 @@ if TYPE_CHECKING:
         report as report,
     )
     from osm2xodr.opendrive import Locator as Locator
-    from osm2xodr.reporting import Conversion as Conversion, Written as Written
+    from osm2xodr.reporting import Written as Written
     from osm2xodr.starting import Started as Started, start as start
     from osm2xodr.xodrWriter import WriteOptions as WriteOptions
 
@@ -54,9 +61,16 @@ _EXPORTS = {
     "library": (
         "AreaKeywords",
         "ConvertKeywords",
+        "Conversion",
         "ConvertOptions",
         "check",
         "convert",
+        "Elements",
+        "Junction",
+        "Lane",
+        "Road",
+        "RoadNetwork",
+        "Signal",
         "crop",
         "export",
         "export_scene",
@@ -66,7 +80,7 @@ _EXPORTS = {
         "report",
     ),
     "opendrive": ("Locator",),
-    "reporting": ("Conversion", "Written"),
+    "reporting": ("Written",),
     "starting": ("Started", "start"),
     "xodrWriter": ("WriteOptions",),
 }

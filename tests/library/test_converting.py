@@ -86,7 +86,7 @@ def test_the_header_names_whom_heights_are_owed(area: Path, dem: Path, tmp_path:
     assert [item.attribution for item in network.elevation_models] == [owed, owed]
     credit = f'<userData code="attribution_elevation" value="{owed.replace("&", "&amp;")}"/>'
     assert out.read_text("utf-8").count(credit) == 1
-    assert credits_of(osm2xodr.read(out)).endswith(f"; {owed}")
+    assert credits_of(osm2xodr.read(out).tables).endswith(f"; {owed}")
 
 
 def test_options_can_be_put_together_first(area: Path) -> None:

@@ -44,10 +44,11 @@ _OF_FILES: Final = ("layers", "projector")
 
 @click.command(
     cls=DemCommand,
-    short_help="Write a road network as GeoJSON, OBJ, glTF, Lanelet2 or a scene.",
+    short_help="Write a road network as GeoJSON, GeoPackage, OBJ, glTF, Lanelet2 or a scene.",
     epilog="""\b
 Examples:
   osm2xodr export area.xodr -o area.geojson
+  osm2xodr export area.xodr -o area.gpkg
   osm2xodr export area.xodr -o lanes.geojson --layers lanes
   osm2xodr export area.xodr -o area.glb
   osm2xodr export area.xodr --bbox 7.415,43.730,7.425,43.738 -o part.geojson
@@ -55,10 +56,12 @@ Examples:
   osm2xodr export area.xodr --to lanelet2 -o map/lanelet2_map.osm --projector mgrs
   osm2xodr export area.xodr --scene scene --dem dem.tif --osm area.osm
 
-GeoJSON is in WGS 84 with heights, for QGIS and web maps. OBJ and glTF hold the surface of the lanes in metres, with
-one material per type of lane; z is up in OBJ unless --up says otherwise, y is always up in glTF. OBJ comes with a
-file of materials of the same name and .mtl. Lanelet2 (.osm) is OSM XML with heights, as Lanelet2's own library,
-Autoware and CommonRoad read it; --projector adds map_projector_info.yaml beside it for Autoware.
+GeoJSON is in WGS 84 with heights, for QGIS and web maps. GeoPackage has lanes, roads and signals in metres, with
+units in the names of columns; it needs the extra "geo" (pip install 'osm2xodr[geo]'). OBJ and glTF hold the surface
+of the lanes in metres, with one material per type of lane; z is up in OBJ unless --up says otherwise, y is always up
+in glTF. OBJ comes with a file of materials of the same name and .mtl. Lanelet2 (.osm) is OSM XML with heights, as
+Lanelet2's own library, Autoware and CommonRoad read it; --projector adds map_projector_info.yaml beside it for
+Autoware.
 
 --scene writes all there is to see into a folder, for Unreal, Blender and CARLA: roads without overlap, marks, kerbs,
 crosswalks, signs and lights, bridges, tunnels and the ground, in tiles; docs/scene.md says more.
@@ -133,16 +136,16 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
 @contextlib.contextmanager
 def _part(file: Path, bbox: str | None, notes: list[str]) -> Iterator[OpenDrive]:
     """Read a file, or a part of it; what was cut off is said."""
-    from osm2xodr.library import crop, read
-    from osm2xodr.opendrive import caveats
+    from osm2xodr.library import crop
+    from osm2xodr.opendrive import caveats, read_xodr
 
     if bbox is None:
-        network = read(file)
+        network = read_xodr(file)
         notes += caveats(network)
         yield network
         return
     with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
-        yield read(crop(file, Path(folder) / file.name, bbox=bbox, say=notes.append))
+        yield read_xodr(crop(file, Path(folder) / file.name, bbox=bbox, say=notes.append))
 
 
 def _file(file: Path, bbox: str | None, output: Path, overwrite: bool, how: dict[str, Any]) -> list[str]:

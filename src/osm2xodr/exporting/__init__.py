@@ -1,7 +1,8 @@
 """Road networks for other programs: GeoJSON for maps, OBJ and glTF for 3D scenes, Lanelet2 for automated driving.
 
 The formats are simple enough to write without a library, and faster so: a whole city is a few array operations and
-one pass of text. Whole scenes (`scene`) are cut and triangulated by shapely, which takes long to load.
+one pass of text. Whole scenes (`scene`) are cut and triangulated by shapely, which takes long to load; tables and
+graphs for Python need geopandas and networkx, which not everybody has.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from osm2xodr.exporting.wavefront import material_library, write_obj
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.exporting.frames import geodataframe as geodataframe, write_geopackage as write_geopackage
+    from osm2xodr.exporting.graphs import lane_graph as lane_graph
     from osm2xodr.exporting.scene import (
         MANIFEST as MANIFEST,
         Scene as Scene,
@@ -27,7 +30,12 @@ if TYPE_CHECKING:
     )
 
 __getattr__ = lazy_exports(
-    __name__, {"scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene")}
+    __name__,
+    {
+        "frames": ("geodataframe", "write_geopackage"),
+        "graphs": ("lane_graph",),
+        "scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"),
+    },
 )
 
 __all__ = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from typing import Any, Final
@@ -30,7 +29,7 @@ from osm2xodr.opendrive import (
 from osm2xodr.system import ByteSink
 
 # Lanes that are nowhere wider than this are left out of maps, m: it is less than any road mark.
-_NARROWEST_LANE: Final = 0.01
+NARROWEST_SHOWN: Final = 0.01
 
 _NO_GEOMETRY: Final = "null"
 # Attributes of signals and objects that are numbers (OpenDRIVE 1.8, 13.2 and 14.1).
@@ -40,8 +39,6 @@ _NUMBERS: Final = frozenset(
         *("validLength", "value", "x", "y", "z"),
     }
 )
-# Code of the user data with the ids of OSM's ways, separated by spaces.
-_WAY_IDS: Final = "osm_way_ids"
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 
 # Longitude, latitude and height to 1 mm.
@@ -117,7 +114,7 @@ def _roads(file: OpenDrive, frame: Frame, stations: Stations) -> Iterator[str]:
             "rule": "LHT" if roads.left_hand[k] else "RHT",
             "type": file.types.type[first] if last > first else None,
             "speed": _number(float(file.types.speed[first])) if last > first else None,
-            _WAY_IDS: _way_ids(file, k),
+            "osm_way_ids": file.osm_ways(k),
         }
         yield _feature("roads", geometry, properties)
 
@@ -132,7 +129,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
         width = np.abs(ribbons.t[left] - ribbons.t[right])
         # Counter-clockwise: along the right border, and back along the left one.
         geometry = _polygon([*texts[right], *reversed(texts[left])])
-        if geometry == _NO_GEOMETRY or not np.nanmax(width, initial=0.0) > _NARROWEST_LANE:
+        if geometry == _NO_GEOMETRY or not np.nanmax(width, initial=0.0) > NARROWEST_SHOWN:
             continue
         section = int(lanes.section[k])
         road = int(sections.road[section])
@@ -145,7 +142,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
             "type": lanes.type[k],
             "width": _number(float(np.nanmean(width))),
             "speed": _number(float(lanes.speed[k])),
-            _WAY_IDS: _way_ids(file, road),
+            "osm_way_ids": file.osm_ways(road),
         }
         yield _feature("lanes", geometry, properties)
 
@@ -214,12 +211,6 @@ def _properties(file: OpenDrive, item: Furniture) -> dict[str, Any]:
     """Return the properties of furniture; its own attributes do not hide the road and the kind."""
     own = {name: _value(text) if name in _NUMBERS else text for name, text in item.attributes.items()}
     return {**own, "kind": item.kind, "road": file.roads.id[item.road]}
-
-
-def _way_ids(file: OpenDrive, road: int) -> list[int]:
-    """Return the ids of the ways that a road is made of; none where the file does not say them."""
-    words = file.provenance.get((road, _WAY_IDS), "").split()
-    return [int(word) for word in words if re.fullmatch(r"-?[0-9]{1,19}", word)]
 
 
 def _value(text: str) -> float | None:

@@ -1,4 +1,4 @@
-"""Outlines of objects in space."""
+"""Outlines of objects, and middles of lanes, in space."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
+from osm2xodr.opendrive import ABSENT, Furniture, OpenDrive, Ribbons, pose, surface_points
 
 
 def outline_points(
@@ -22,3 +22,14 @@ def outline_points(
     turn = pose(file, one, at)[2] + (0.0 if math.isnan(item.hdg) else item.hdg)
     u, v, up, _ = corners.T
     return x + np.cos(turn) * u - np.sin(turn) * v, y + np.sin(turn) * u + np.cos(turn) * v, z + up
+
+
+def middle_lengths(file: OpenDrive, ribbons: Ribbons) -> FloatArray:
+    """Return the lengths of the middles of lanes, level, (lanes,), m; NaN where a lane has no place."""
+    out = np.full(len(file.lanes.id), np.nan)
+    start = ribbons.start.tolist()
+    for row in np.flatnonzero(ribbons.left != ABSENT).tolist():
+        left, right = (slice(*start[k : k + 2]) for k in (int(ribbons.left[row]), int(ribbons.right[row])))
+        x, y = (0.5 * (values[left] + values[right]) for values in (ribbons.x, ribbons.y))
+        out[row] = np.hypot(np.diff(x), np.diff(y)).sum()
+    return out

@@ -8,6 +8,7 @@ from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
     from osm2xodr.library.converting import (
+        Conversion as Conversion,
         changed_options as changed_options,
         convert as convert,
         pipeline_options as pipeline_options,
@@ -26,12 +27,21 @@ if TYPE_CHECKING:
         PICTURE_FORMATS as PICTURE_FORMATS,
         RENDER_WIDTH_LEAST as RENDER_WIDTH_LEAST,
         check as check,
-        read as read,
         render as render,
         report as report,
     )
     from osm2xodr.library.keywords import AreaKeywords as AreaKeywords, ConvertKeywords as ConvertKeywords
     from osm2xodr.library.maps import AreaMap as AreaMap, area_map as area_map
+    from osm2xodr.library.network import RoadNetwork as RoadNetwork, read as read
+    from osm2xodr.library.nouns import (
+        Connection as Connection,
+        Elements as Elements,
+        Junction as Junction,
+        Lane as Lane,
+        Link as Link,
+        Road as Road,
+        Signal as Signal,
+    )
     from osm2xodr.library.options import (
         DECLARATIONS as DECLARATIONS,
         ConvertOptions as ConvertOptions,
@@ -48,7 +58,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "maps": ("AreaMap", "area_map"),
-        "converting": ("changed_options", "convert", "pipeline_options"),
+        "converting": ("Conversion", "changed_options", "convert", "pipeline_options"),
         "corrections": ("read_corrections",),
         "exports": (
             "EXPORT_FORMATS",
@@ -63,11 +73,12 @@ __getattr__ = lazy_exports(
             "PICTURE_FORMATS",
             "RENDER_WIDTH_LEAST",
             "check",
-            "read",
             "render",
             "report",
         ),
         "keywords": ("AreaKeywords", "ConvertKeywords"),
+        "network": ("RoadNetwork", "read"),
+        "nouns": ("Connection", "Elements", "Junction", "Lane", "Link", "Road", "Signal"),
         "parts": ("clipping", "crop", "merge"),
         "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
         "options": ("ConvertOptions", "DECLARATIONS"),

@@ -5,7 +5,11 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import os
+import shutil
+import tempfile
+import weakref
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,12 +20,13 @@ from osm2xodr.furniture import FurnitureOptions
 from osm2xodr.geometry import ElevationOptions, RoadOptions
 from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
+from osm2xodr.library.network import RoadNetwork
 from osm2xodr.library.options import COPIES_FROM, DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
 from osm2xodr.library.parts import clipping
 from osm2xodr.model import Corrections
 from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.pipeline import Layouts, PipelineOptions
-from osm2xodr.reporting import Conversion
+from osm2xodr.reporting import Conversion as Made
 from osm2xodr.surface import SurfaceOptions, expand
 from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
@@ -30,8 +35,28 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from osm2xodr.library.keywords import ConvertKeywords
+    from osm2xodr.opendrive import OpenDrive
 
 _Stage = TypeVar("_Stage")
+
+
+class Conversion(Made, RoadNetwork):
+    """A road network made of an OpenStreetMap file, as `convert` returns it, and how it was made.
+
+    Its roads, junctions and signals are those of the file that `write` would write; they are there when asked for.
+    """
+
+    @cached_property
+    def tables(self) -> OpenDrive:
+        """The road network as tables."""
+        from osm2xodr.opendrive import read_xodr
+
+        # Kept as long as this: who gets the tables may read more of the file.
+        folder = tempfile.mkdtemp(prefix="osm2xodr-")
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        path = Path(folder) / f"{self.options.name or 'network'}.xodr".replace("/", "_")
+        self.write(path)
+        return read_xodr(path)
 
 
 def convert(
@@ -101,9 +126,9 @@ def convert(
     how = _stage(WriteOptions, options, name=options.name_for(osm), elevation_credits=credits)
     source = None if osm == STANDARD_OUTPUT else osm
     inputs = options.inputs(osm, dems)
-    conversion = dataclasses.replace(
-        made, inputs=inputs, options=how, jobs=wanted.jobs, source=source, clip=clipping(options)
-    )
+    about = {field.name: getattr(made, field.name) for field in dataclasses.fields(made)}
+    about |= {"inputs": inputs, "options": how, "jobs": wanted.jobs, "source": source, "clip": clipping(options)}
+    conversion = Conversion(**about)
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)

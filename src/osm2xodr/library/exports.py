@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from osm2xodr import __version__
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.errors import OptionError
+from osm2xodr.errors import OptionError, Osm2xodrError
 from osm2xodr.library.files import AnyPath, check_sampling, choose, drive_of, names_of
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
-    from osm2xodr.opendrive import OpenDrive
+    from osm2xodr.opendrive import HasTables, OpenDrive
 
-EXPORT_FORMATS: Final = ("geojson", "obj", "glb", "lanelet2")
+EXPORT_FORMATS: Final = ("geojson", "geopackage", "obj", "glb", "lanelet2")
 # `osm2xodr.exporting.LAYERS`, which is too slow to load for --help; a test holds them equal.
 EXPORT_LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 _EXPORT_SUFFIXES: Final = {
     ".geojson": "geojson",
     ".json": "geojson",
+    ".gpkg": "geopackage",
     ".obj": "obj",
     ".glb": "glb",
     ".osm": "lanelet2",
@@ -33,7 +35,7 @@ _PROJECTOR_INFO: Final = "map_projector_info.yaml"
 
 
 def export(
-    file: AnyPath | OpenDrive,
+    file: AnyPath | HasTables,
     output: AnyPath,
     *,
     format: str | None = None,
@@ -49,11 +51,12 @@ def export(
     Parameters
     ----------
     file
-        The file, or what `read` returned.
+        The file, or a road network.
     output
         File to write; ``-`` is standard output. One that exists is replaced.
     format
-        ``geojson``, ``obj``, ``glb`` or ``lanelet2`` (OSM XML); by default what the name of `output` ends in.
+        ``geojson``, ``geopackage``, ``obj``, ``glb`` or ``lanelet2`` (OSM XML); by default what the name of `output`
+        ends in. GeoPackage has lanes, roads and signals as layers, in the projection of the file.
     layers
         What GeoJSON has: ``roads``, ``lanes``, ``junctions``, ``signals``, ``objects``. By default all of them.
     up
@@ -80,6 +83,8 @@ def export(
         An option has a value that cannot be, or that the format has no use for.
     InputError
         The file cannot be read, or does not say where it is on Earth, or has no lane with a surface.
+    Osm2xodrError
+        GeoPackage needs a library that is not installed.
     OutputError
         A file cannot be written.
     """
@@ -94,6 +99,12 @@ def export(
         with stream_to(target) as stream:
             exporting.write_geojson(drive, stream, tolerance, step, chosen)
         return (target,)
+    if form == "geopackage":
+        with needs("geopandas"):
+            from osm2xodr.exporting import write_geopackage
+        with stream_to(target) as stream:
+            write_geopackage(drive, stream, tolerance, step)
+        return (target,)
     if form == "lanelet2":
         return _lanelet2(drive, target, (tolerance, step), projector, say)
     mesh = exporting.road_mesh(drive, tolerance, step)
@@ -107,6 +118,17 @@ def export(
                 with stream_to(materials) as colours:
                     colours.write(exporting.material_library(mesh))
     return (target,) if materials is None else (target, materials)
+
+
+@contextlib.contextmanager
+def needs(library: str) -> Iterator[None]:
+    """Say what to do where an optional library, which is loaded inside, is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("osm2xodr"):
+            raise
+        raise Osm2xodrError(f"this needs {library}; install it: pip install 'osm2xodr[geo]'") from error
 
 
 def _options(form: str, layers: str | Iterable[str] | None, up: str | None, projector: str | None) -> tuple[str, ...]:
@@ -158,7 +180,8 @@ def export_format(output: Path, given: str | None) -> str:
     form = _EXPORT_SUFFIXES.get(output.suffix.lower())
     if form is None:
         raise OptionError(
-            f"format: {output} does not tell it; end the name in .geojson, .obj, .glb or .osm, or give this option",
+            f"format: {output} does not tell it; end the name in .geojson, .gpkg, .obj, .glb or .osm, or give"
+            " this option",
             "format",
         )
     return form

@@ -19,7 +19,7 @@ from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
-    from osm2xodr.opendrive import OpenDrive
+    from osm2xodr.opendrive import HasTables, OpenDrive
 
 AnyPath = Union[str, "os.PathLike[str]"]
 Box = tuple[float, float, float, float]
@@ -29,32 +29,8 @@ RENDER_WIDTH_LEAST: Final = 200
 PICTURE_FORMATS: Final = ("svg", "png")
 
 
-def read(file: AnyPath) -> OpenDrive:
-    """Read an OpenDRIVE file, 1.4 to 1.8, of any writer.
-
-    Parameters
-    ----------
-    file
-        The file, plain or packed by gzip; ``-`` is standard input.
-
-    Returns
-    -------
-    OpenDrive
-        Its roads, lanes, junctions, signals and objects as tables. `check`, `report`, `render`, `export` and
-        `Locator` take it.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no XML, or no OpenDRIVE.
-    """
-    from osm2xodr.opendrive import read_xodr
-
-    return read_xodr(Path(file))
-
-
 def check(
-    file: AnyPath | OpenDrive,
+    file: AnyPath | HasTables,
     *,
     readers: str | Iterable[str] | None = None,
     schema: AnyPath | None = None,
@@ -67,7 +43,7 @@ def check(
     Parameters
     ----------
     file
-        The file, or what `read` returned.
+        The file, or a road network.
     readers
         Names of the readers that must be able to use the file, as text with commas or one by one; none of them for
         the standard alone. By default CARLA, esmini and SUMO.
@@ -108,7 +84,7 @@ def check(
 
 
 def report(
-    file: AnyPath | OpenDrive,
+    file: AnyPath | HasTables,
     output: AnyPath,
     *,
     osm: AnyPath | None = None,
@@ -126,7 +102,7 @@ def report(
     Parameters
     ----------
     file
-        The file, or what `read` returned.
+        The file, or a road network.
     output
         Page to write; ``-`` is standard output. One that exists is replaced.
     osm
@@ -181,7 +157,7 @@ def report(
 
 
 def render(
-    file: AnyPath | OpenDrive,
+    file: AnyPath | HasTables,
     output: AnyPath,
     *,
     bbox: str | Sequence[float] | None = None,
@@ -195,7 +171,7 @@ def render(
     Parameters
     ----------
     file
-        The file, or what `read` returned.
+        The file, or a road network.
     output
         Picture to write; ``-`` is standard output. One that exists is replaced.
     bbox
@@ -255,9 +231,11 @@ def read_box(option: str, box: str | Sequence[float], unit: str) -> Box:
     return west, south, east, north
 
 
-def drive_of(file: AnyPath | OpenDrive) -> OpenDrive:
+def drive_of(file: AnyPath | HasTables) -> OpenDrive:
     """Return a file that was read already, or read it."""
-    return read(file) if isinstance(file, (str, os.PathLike)) else file
+    from osm2xodr.opendrive import tables_of
+
+    return tables_of(file)
 
 
 def names_of(given: str | Iterable[str]) -> tuple[str, ...]:

@@ -84,10 +84,11 @@ def clipping(options: ConvertOptions) -> Callable[[Path, Any], Iterable[str]] | 
         return None
 
     def clip(path: Path, stream: Any) -> Iterable[str]:
-        from osm2xodr.library.files import read, read_box
+        from osm2xodr.library.files import read_box
+        from osm2xodr.opendrive import read_xodr
         from osm2xodr.parts import crop_network, write_tree
 
-        drive = read(path)
+        drive = read_xodr(path)
         box = None if options.bbox is None else read_box("bbox", options.bbox, "degrees")
         polygon = None if options.polygon is None else Path(options.polygon)
         choice = _choice(drive, box, polygon, None)
@@ -148,9 +149,9 @@ def _read_again(file: AnyPath) -> OpenDrive:
     """Read a file that will be read once more, as a tree."""
     if os.fspath(file) == str(STANDARD_OUTPUT):
         raise InputError("standard input cannot be read twice, as is needed here; give a file")
-    from osm2xodr.library.files import read
+    from osm2xodr.opendrive import read_xodr
 
-    return read(file)
+    return read_xodr(Path(file))
 
 
 def _choice(drive: OpenDrive, box: Box | None, polygon: Path | None, roads: str | Iterable[str] | None) -> Choice:

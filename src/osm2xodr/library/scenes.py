@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -17,7 +18,7 @@ from osm2xodr.surface import expand
 
 if TYPE_CHECKING:
     from osm2xodr.model import FloatArray, Surroundings
-    from osm2xodr.opendrive import Frame, OpenDrive
+    from osm2xodr.opendrive import Frame, HasTables, OpenDrive
     from osm2xodr.surface import DemSurface, SurfaceOptions
 
 SCENE_FORMATS: Final = ("glb", "obj")
@@ -29,7 +30,7 @@ _TILE_GRID: Final = 20.0
 
 
 def export_scene(
-    file: AnyPath | OpenDrive,
+    file: AnyPath | HasTables,
     folder: AnyPath,
     *,
     dem: AnyPath | Iterable[AnyPath] = (),
@@ -50,7 +51,7 @@ def export_scene(
     Parameters
     ----------
     file
-        The file, or what `read` returned.
+        The file, or a road network.
     folder
         Folder to write: one tile per file, and ``scene.json``. Of a scene that is there the files that its
         ``scene.json`` lists are replaced; all others stay.
@@ -97,14 +98,13 @@ def export_scene(
     form, size = _checked(format, up, tile, carla)
     check_sampling(tolerance, step)
     from osm2xodr.exporting import MANIFEST, SceneFormat, make_scene, write_scene
-    from osm2xodr.opendrive import OpenDrive
     from osm2xodr.surface import SurfaceOptions
     from osm2xodr.system import atomic_folder, check_folder
 
     target = Path(folder)
     models = expand(paths(dem))
     inputs = [
-        file.path if isinstance(file, OpenDrive) else Path(file),
+        Path(file) if isinstance(file, (str, os.PathLike)) else file.tables.path,
         *models,
         *([] if osm is None else [Path(osm)]),
     ]

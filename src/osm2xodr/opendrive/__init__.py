@@ -13,7 +13,11 @@ if TYPE_CHECKING:
         Locator as Locator,
         caveats as caveats,
     )
-    from osm2xodr.opendrive.reader import read_xodr as read_xodr
+    from osm2xodr.opendrive.reader import (
+        first_index as first_index,
+        read_xodr as read_xodr,
+        tables_of as tables_of,
+    )
     from osm2xodr.opendrive.space import (
         Frame as Frame,
         Places as Places,
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
         frame_of as frame_of,
         grade as grade,
         lane_borders as lane_borders,
+        lane_middles as lane_middles,
         lane_offset as lane_offset,
         lane_ribbons as lane_ribbons,
         points_beside as points_beside,
@@ -33,6 +38,7 @@ if TYPE_CHECKING:
         refuse_crowds as refuse_crowds,
         sample_roads as sample_roads,
         section_at as section_at,
+        speed_limits as speed_limits,
         superelevation as superelevation,
         surface_points as surface_points,
     )
@@ -40,6 +46,7 @@ if TYPE_CHECKING:
         ABSENT as ABSENT,
         End as End,
         Furniture as Furniture,
+        HasTables as HasTables,
         Header as Header,
         LinkKind as LinkKind,
         OpenDrive as OpenDrive,
@@ -50,7 +57,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "locating": ("LOCATION_FIELDS", "FieldValue", "Locator", "caveats"),
-        "reader": ("read_xodr",),
+        "reader": ("first_index", "read_xodr", "tables_of"),
         "space": (
             "Frame",
             "Places",
@@ -62,6 +69,7 @@ __getattr__ = lazy_exports(
             "frame_of",
             "grade",
             "lane_borders",
+            "lane_middles",
             "lane_offset",
             "lane_ribbons",
             "points_beside",
@@ -70,9 +78,10 @@ __getattr__ = lazy_exports(
             "refuse_crowds",
             "sample_roads",
             "section_at",
+            "speed_limits",
             "superelevation",
             "surface_points",
         ),
-        "tables": ("ABSENT", "End", "Furniture", "Header", "LinkKind", "OpenDrive", "Shape"),
+        "tables": ("ABSENT", "End", "Furniture", "HasTables", "Header", "LinkKind", "OpenDrive", "Shape"),
     },
 )

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive.reader import first_index, read_xodr
+from osm2xodr.opendrive.reader import first_index, tables_of
 from osm2xodr.opendrive.space import (
     Places,
     RoadFinder,
@@ -27,7 +26,7 @@ from osm2xodr.opendrive.space import (
     superelevation,
     surface_points,
 )
-from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+from osm2xodr.opendrive.tables import ABSENT, HasTables, OpenDrive
 
 FieldValue = str | int | float | None
 
@@ -45,11 +44,17 @@ class Locator:
     Parameters
     ----------
     file
-        What `osm2xodr.read` returned, or the path of a file, which is read; `InputError` if it cannot be.
+        A road network, or the path of a file, which is read; `InputError` if it cannot be.
+
+    Examples
+    --------
+    >>> import osm2xodr
+    >>> locator = osm2xodr.Locator("area.xodr")  # doctest: +SKIP
+    >>> locator.describe(locator.at_geographic(42.5548, 1.5336))[0]["height"]  # doctest: +SKIP
     """
 
-    def __init__(self, file: OpenDrive | str | os.PathLike[str]) -> None:
-        self.file = file if isinstance(file, OpenDrive) else read_xodr(Path(file))
+    def __init__(self, file: HasTables | str | os.PathLike[str]) -> None:
+        self.file = tables_of(file)
         self.frame, self.reason = frame_of(self.file.header)
         self._ids = first_index(list(self.file.roads.id))
 
@@ -58,18 +63,18 @@ class Locator:
         """The search index of roads, made when it is first needed."""
         return RoadFinder(self.file)
 
-    def at_geographic(self, lat_deg: FloatArray, lon_deg: FloatArray) -> Places:
+    def at_geographic(self, lat_deg: FloatArray | float, lon_deg: FloatArray | float) -> Places:
         """Return roads at places on Earth (degrees, WGS 84), the best first for each; see `RoadFinder.find`.
 
         `InputError` if the file does not say where it is.
         """
         if self.frame is None:
             raise InputError(f"{self.file.path}: {self.reason}; give --x and --y instead")
-        return self._finder.find(*self.frame.to_inertial(lon_deg, lat_deg))
+        return self._finder.find(*self.frame.to_inertial(np.atleast_1d(lon_deg), np.atleast_1d(lat_deg)))
 
-    def at_inertial(self, x: FloatArray, y: FloatArray) -> Places:
+    def at_inertial(self, x: FloatArray | float, y: FloatArray | float) -> Places:
         """Return roads at places in the file's own coordinates, m, the best first for each."""
-        return self._finder.find(x, y)
+        return self._finder.find(np.atleast_1d(x), np.atleast_1d(y))
 
     def on_roads(
         self, roads: Sequence[str], s: FloatArray, t: FloatArray, lanes: Sequence[int | None], offset: FloatArray

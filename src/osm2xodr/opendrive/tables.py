@@ -10,10 +10,12 @@ Units are OpenDRIVE's own: m, rad, 1/m; speeds are converted to m/s.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -21,6 +23,8 @@ from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, freeze
 
 # An index or lane id that does not exist: no lane, no road, no junction.
 ABSENT = np.iinfo(np.int64).min
+# Code of the user data with the ids of OSM's ways, separated by spaces.
+_WAY_IDS: Final = "osm_way_ids"
 
 
 class Shape(IntEnum):
@@ -276,3 +280,21 @@ class OpenDrive(_Frozen):
     # Values of ``userData`` by (road index, code); those of the header have the index -1
     provenance: Mapping[tuple[int, str], str]
     misfits: tuple[Misfit, ...]  # What could not be read as OpenDRIVE, in the order of the file
+
+    @property
+    def tables(self) -> OpenDrive:
+        """The file itself: it stands for itself."""
+        return self
+
+    def osm_ways(self, road: int) -> tuple[int, ...]:
+        """Return the ids of OpenStreetMap's ways that a road is made of; none where the file does not say them."""
+        words = self.provenance.get((road, _WAY_IDS), "").split()
+        return tuple(int(word) for word in words if re.fullmatch(r"-?[0-9]{1,19}", word))
+
+
+class HasTables(Protocol):
+    """What stands for a file, such as `osm2xodr.RoadNetwork`."""
+
+    @property
+    def tables(self) -> OpenDrive:
+        """The file as tables."""

@@ -21,11 +21,11 @@ from osm2xodr.exporting.lanelet2.primitives import Primitives
 from osm2xodr.exporting.lanelet2.priorities import add_priorities
 from osm2xodr.exporting.lanelet2.projector import LOCAL, PROJECTORS, place, projector_info
 from osm2xodr.exporting.lanelet2.strips import cut_into_strips
-from osm2xodr.exporting.lanelet2.words import LANELETS
+from osm2xodr.exporting.lanelet2.words import LANELETS, mark_of
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.system import ByteSink
 
-__all__ = ["PROJECTORS", "projector_info", "write_lanelet2"]
+__all__ = ["PROJECTORS", "mark_of", "projector_info", "write_lanelet2"]
 
 
 def write_lanelet2(

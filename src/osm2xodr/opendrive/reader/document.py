@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -29,7 +30,7 @@ from osm2xodr.opendrive.reader.nodes import ElementReader
 from osm2xodr.opendrive.reader.parts import Part, find_parts
 from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
-from osm2xodr.opendrive.tables import Controller, Furniture, Header, OpenDrive, Shape
+from osm2xodr.opendrive.tables import Controller, Furniture, HasTables, Header, OpenDrive, Shape
 from osm2xodr.system import Task, available_jobs, stage
 
 _ROOT: Final = "OpenDRIVE"
@@ -52,6 +53,11 @@ _ALIKE: Final = 200
 # records measure 9 to 26 m in the mean.
 _PER_RECORD: Final = 1e3
 _COUNTRY: Final = 3e6
+
+
+def tables_of(file: HasTables | str | os.PathLike[str]) -> OpenDrive:
+    """Return a file that was read already, or read it; see `read_xodr`."""
+    return read_xodr(Path(file)) if isinstance(file, (str, os.PathLike)) else file.tables
 
 
 def read_xodr(path: Path) -> OpenDrive:

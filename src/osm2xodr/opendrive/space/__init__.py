@@ -13,7 +13,7 @@ from osm2xodr.opendrive.space.crowds import refuse_crowds
 from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
 from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on
 from osm2xodr.opendrive.space.georeference import Frame, frame_of
-from osm2xodr.opendrive.space.lanes import lane_borders, lane_middles, section_at
+from osm2xodr.opendrive.space.lanes import lane_borders, lane_middles, section_at, speed_limits
 from osm2xodr.opendrive.space.profiles import (
     elevation,
     grade,
@@ -46,6 +46,7 @@ __all__ = [
     "refuse_crowds",
     "sample_roads",
     "section_at",
+    "speed_limits",
     "superelevation",
     "surface_points",
 ]

@@ -37,9 +37,13 @@ class Frame:
 
     def to_geographic(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return longitude and latitude (degrees, WGS 84) of inertial x, y, m; not finite outside the projection."""
+        return _transformed(self._forward, *self.to_projected(x, y))
+
+    def to_projected(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates of the projection, east and north, m, of inertial x, y, m."""
         east, north, _, turn = self.offset
         cos, sin = math.cos(turn), math.sin(turn)
-        return _transformed(self._forward, cos * x - sin * y + east, sin * x + cos * y + north)
+        return cos * x - sin * y + east, sin * x + cos * y + north
 
     def to_inertial(self, lon_deg: FloatArray, lat_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return inertial x, y (m) of longitude and latitude, degrees, WGS 84; not finite outside the projection."""

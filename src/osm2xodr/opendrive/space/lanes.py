@@ -112,6 +112,19 @@ def section_at(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool =
     return out
 
 
+def speed_limits(file: OpenDrive) -> FloatArray:
+    """Return the speed limits of all lanes, (lanes,), m/s: their own, or else that of their road where they begin.
+
+    NaN is unknown, infinite without a limit.
+    """
+    lanes, sections, types = file.lanes, file.sections, file.types
+    road, s = sections.road[lanes.section], sections.s[lanes.section]
+    out = lanes.speed.copy()
+    asks = np.flatnonzero(np.isnan(out) & (types.start[road + 1] > types.start[road]) & np.isfinite(s))
+    out[asks] = types.speed[find_record(types.start, types.s, road[asks], s[asks])]
+    return out
+
+
 def lanes_of(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray]:
     """Return all lanes of sections (n,), or `ABSENT`: the index into `section` and the row of each lane."""
     known = np.flatnonzero(section != ABSENT)

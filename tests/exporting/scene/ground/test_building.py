@@ -16,8 +16,8 @@ from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
-from osm2xodr.library import read
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive import read_xodr
 
 LONG = [(float(x), 20.0) for x in range(-40, 241, 20)]
 
@@ -382,7 +382,7 @@ def test_real_roads_lie_on_the_ground_at_their_edges_and_nowhere_in_it(name: str
         out: FloatArray = 20.0 + 5.0 * np.sin(x / 40.0) * np.cos(y / 30.0)
         return out
 
-    file = read(conversions.of(scene_named(name)).path)
+    file = read_xodr(conversions.of(scene_named(name)).path)
     surface, _ = settled(road_surface(file, 0.05, 10.0), hills)
     ground, rim = made(surface, hills), rim_of(surface)
     corners = triangles(ground)
