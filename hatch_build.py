@@ -114,12 +114,14 @@ class CustomBuildHook(BuildHookInterface[Any]):
             build_data["force_include"].update(included)
 
 
-def with_addresses(text: str, base: str, version: str) -> str:
-    """Return Markdown of the root in which links to files of the repository are addresses of a version of them."""
+def with_addresses(text: str, repository: str, site: str, version: str) -> str:
+    """Return Markdown of the root in which links to documents lead to the site, and other ones to the repository."""
 
     def address(match: re.Match[str]) -> str:
-        kind = "raw" if match[1] else "blob"
-        return f"{match[1]}[{match[2]}]({base}/{kind}/{version}/{match[3]})"
+        mark, words, target = match.groups()
+        page = re.fullmatch(r"docs/(.+)\.md", target)
+        there = f"{site}/{page[1]}.html" if page else f"{repository}/{'raw' if mark else 'blob'}/{version}/{target}"
+        return f"{mark}[{words}]({there})"
 
     return re.sub(r"(!?)\[([^\]]*)\]\((?![a-z]+:|#)([^)\s]+)\)", address, text)
 
@@ -129,16 +131,16 @@ class CustomMetadataHook(MetadataHookInterface):
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Add them."""
-        base = self.config["repository"]
+        base, site = self.config["repository"], self.config["documentation"]
         metadata["urls"] = {
             "Repository": base,
-            "Documentation": self.config["documentation"],
+            "Documentation": site,
             "Changelog": f"{base}/blob/main/CHANGELOG.md",
             "Issues": f"{base}/issues",
         }
         version = re.search(r'^__version__ = "(.+)"', (SOURCE / "osm2xodr" / "__init__.py").read_text("utf-8"), re.M)
         assert version is not None
-        text = with_addresses((ROOT / "README.md").read_text(encoding="utf-8"), base, f"v{version[1]}")
+        text = with_addresses((ROOT / "README.md").read_text(encoding="utf-8"), base, site, f"v{version[1]}")
         metadata["readme"] = {"content-type": "text/markdown", "text": text}
 
 

@@ -82,7 +82,7 @@ def check_heights(path: Path, box: tuple[float, float, float, float] = BOX) -> A
     return void
 
 
-def packed(cells: Any, transform: Affine, crs: str = "EPSG:4326", **more: Any) -> bytes:
+def packed(cells: Any, transform: Affine, crs: str | None = "EPSG:4326", **more: Any) -> bytes:
     """Return a GeoTIFF."""
     scales, units = more.pop("scales", None), more.pop("units", None)
     with rasterio.MemoryFile() as memory:
@@ -416,6 +416,32 @@ def test_models_in_metres(server: WebServer, fetch: Fetch) -> None:
     with rasterio.open(made.paths[0]) as dem:
         assert "Alicante height" in dem.crs.to_wkt()
         assert (dem.read(1) == 5.0).all()
+
+
+def test_a_service_is_asked_once_for_each_cut_out(server: WebServer, fetch: Fetch) -> None:
+    """It makes cut-outs anew for each request, and may leave out where they lie: that was asked for."""
+    made: list[str] = []
+
+    def cut_out(request: Request) -> Reply:
+        assert (request.query["REQUEST"], request.headers.get("Range")) == ("GetCoverage", None)
+        made.append(request.query["BBOX"])
+        west, south, east, north = map(int, made[-1].split(","))
+        assert (east - west, north - south) == (1000, 1000)
+        x = west + np.arange(100) * 10.0
+        cells = np.tile(x.astype(np.float32), (100, 1))
+        return Reply(packed(cells, Affine(10, 0, west, 0, -10, north), None))
+
+    url = server.serve("/wcs", cut_out)
+    url += "?SERVICE=WCS&REQUEST=GetCoverage&BBOX={x},{y},{x+1000},{y+1000}"
+    box = with_margin((1.56, 42.55, 1.575, 42.555))
+    (found,) = fetch(model_on(server, url, crs="EPSG:25831", tile=1000.0, datum="EPSG:5782", cell=10.0), box=box)
+    assert len(made) == len(set(made)) == len(found.urls) > 3
+    assert found.urls[0] == f"{url.partition('?')[0]}?SERVICE=WCS&REQUEST=GetCoverage&BBOX={made[0]}"
+    with rasterio.open(found.paths[0]) as dem:
+        assert "UTM zone 31N" in dem.crs.to_wkt()
+        assert "Alicante height" in dem.crs.to_wkt()
+        columns = dem.transform.c + 10.0 * np.arange(dem.width)
+        assert (dem.read(1) == columns.astype(np.float32)).all()
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,8 @@ def test_links_and_pictures_of_the_description_are_addresses(dist: tuple[Path, P
     assert [target for target in targets if not target.startswith("https://")] == []
     base, version = HOOK["repository"], osm2xodr.__version__
     assert f"]({base}/raw/v{version}/docs/images/scene.png)" in text
-    assert f"]({base}/blob/v{version}/docs/how_it_works.md)" in text
+    assert f"]({HOOK['documentation']}/how_it_works.html)" in text
+    assert f"]({base}/blob/v{version}/LICENSE)" in hatch_build.with_addresses("[x](LICENSE)", base, "", f"v{version}")
 
 
 def test_the_address_of_the_project_stands_in_one_place(dist: tuple[Path, Path]) -> None:

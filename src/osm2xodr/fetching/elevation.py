@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,8 @@ from osm2xodr.system import make_folder, stream_to
 _TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Files that are not there: some models have none at sea, or beyond their country (RFC 9110).
 _ABSENT: Final = frozenset({404, 410})
+# Services that make a file anew for each request (OGC's WCS and WMS): it is asked for once, as a whole.
+_CUT_OUT: Final = re.compile(r"[?&]request=get(coverage|map)\b", re.IGNORECASE)
 # Elevation models reach farther than the roads by this, m: what lies beside them, and what interpolation needs.
 _MARGIN: Final = 150.0
 # An area whose box has more cells than this many times what is read is refused before anything is asked for; the box
@@ -198,6 +201,7 @@ def _wanted(url: str) -> Wanted:
 def _open(connection: Connection, url: str, options: FetchOptions) -> Path | RemoteFile | None:
     """Return a file to read, None if it is not there; files are downloaded where a server does not send parts."""
     wanted = _wanted(url)
+    folder, age = options.cache_dir / "elevation", math.inf if options.age else 0.0
 
     def read(response: Response) -> RemoteFile | None:
         head = b""
@@ -214,6 +218,8 @@ def _open(connection: Connection, url: str, options: FetchOptions) -> Path | Rem
         return RemoteFile(connection, response.geturl(), size, mark_of(response), head)
 
     try:
+        if _CUT_OUT.search(url):
+            return download(connection, wanted, folder, age).path
         file = connection.ask(url, "--dem-url", read, lambda: {"Range": f"bytes=0-{PART - 1}"})
     except ServerError as error:
         if error.status in _ABSENT:
@@ -222,4 +228,4 @@ def _open(connection: Connection, url: str, options: FetchOptions) -> Path | Rem
     if file is not None:
         return file
     connection.network.note(f"{host(url)} does not send parts of files; {shown(url)} is downloaded whole")
-    return download(connection, wanted, options.cache_dir / "elevation", math.inf if options.age else 0.0).path
+    return download(connection, wanted, folder, age).path
