@@ -17,6 +17,7 @@ NOT_NEEDED = frozenset(
         "scipy-stubs",
         "eclipse-sumo",
         "asam-qc-opendrive",
+        "asam-qc-openscenarioxml",
         "carla",
         "lanelet2",
         "cython",

@@ -174,7 +174,7 @@ def convert(
         if wanted and output == STANDARD_OUTPUT:
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
     targets = [("-o", output), ("--report-json", report_json), ("--osm-issues", osm_issues), ("--html", html)]
-    if TARGETS[options.target].programmes and output != STANDARD_OUTPUT:
+    if TARGETS[options.target].programmes_option and output != STANDARD_OUTPUT:
         targets.append(("-o", programmes_file(output)))
     dem = expand(dem)
     named = (options.frame, options.polygon, options.corrections, config, from_report)

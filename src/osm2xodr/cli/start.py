@@ -45,6 +45,7 @@ _PLAN = (
     epilog="""\b
 Examples:
   osm2xodr start sumo area.osm --dem dem.tif -o area_sumo
+  osm2xodr start esmini area.osm --dem dem.tif -o area_esmini
   osm2xodr start autoware area.osm --dem dem.tif -o area_autoware
 
 The last line names the one command that runs it, and so does README.md in the folder. docs/start.md says more. SUMO's

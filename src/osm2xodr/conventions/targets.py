@@ -84,8 +84,8 @@ class Target:
     # Distance of the points of polylines that it makes of reference lines, from the start of each record, m; 0 if it
     # makes none. SUMO moves such lines to the lanes (``opendrive.curve-resolution``).
     polyline_step: float = 0.0
-    # Whether signal programmes are written beside the file. SUMO's netconvert would guess them: it reads no
-    # controllers by default, and OpenDRIVE has no times.
+    # Whether signal programmes are made: for SUMO's netconvert, which would guess them, as it reads no controllers by
+    # default and OpenDRIVE has no times; and for scenarios of esmini.
     programmes: bool = False
     # The command that loads a file, and what it needs where traffic drives on the left and on the right; empty if
     # there is none to say. SUMO's netconvert cuts roads that part at acute angles by up to 50 m, but for
@@ -94,7 +94,7 @@ class Target:
     command: str = ""
     left_hand_option: str = ""
     right_hand_option: str = ""
-    programmes_option: str = ""
+    programmes_option: str = ""  # With which programmes are read that are written beside the file; empty for none
 
     def load_command(self, path: str, *, left_hand: bool, programmes: bool = False) -> str:
         """Return the command that loads a file, with signal programmes beside it or without; empty for none.
@@ -150,6 +150,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 lane_types=(("bus", "restricted"), ("shoulder", "stop"), ("taxi", "restricted")),
                 light_references=False,
                 object_ids=False,
+                programmes=True,
             ),
             Target(
                 "sumo",

@@ -173,7 +173,7 @@ class ConvertOptions(_Fields):  # type: ignore[misc,unused-ignore] # noqa: D101 
         if self.clip and self.bbox is None and self.polygon is None:
             why = "clip is about a part of the map; give bbox or polygon, or leave it out"
             raise OptionError(why, "clip", "bbox", "polygon")
-        if self.clip and TARGETS[self.target].programmes:
+        if self.clip and TARGETS[self.target].programmes_option:
             why = f"clip cannot cut the programmes of traffic lights that {self.target} has beside the file"
             raise OptionError(f"{why}; choose another target, or leave it out", "clip", "target")
         if self.tile is not None and self.frame is None:

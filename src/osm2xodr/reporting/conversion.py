@@ -111,7 +111,8 @@ class Conversion:
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
             others: list[tuple[Path, bytes]] = []
             beside = None if Path(path) == STANDARD_OUTPUT else programmes_file(Path(path))
-            if beside is not None and (programmes := signal_programmes(self.road_map, how)):
+            programmes = signal_programmes(self.road_map, how) if how.target.programmes_option else b""
+            if beside is not None and programmes:
                 others.append((beside, programmes))
             if report_json is not None:
                 others.append((Path(report_json), self.report(written, how)))

@@ -1,0 +1,224 @@
+"""esmini: a scenario in OpenSCENARIO XML 1.2, with an ego and others on routes, and traffic lights that change.
+
+Elements and their order are those of ASAM OpenSCENARIO XML 1.2. What esmini 3.6 does with them was read in its source
+and tried: it has no controllers of signals, so lights change by actions at times; a speed profile lets cars keep to
+limits, slow down in bends and stop at red lights.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from typing import Final
+
+from osm2xodr.errors import InputError
+from osm2xodr.opendrive import read_xodr
+from osm2xodr.starting.lanes import LaneNetwork, Path, lane_network
+from osm2xodr.starting.lights import Programme, programmes_of
+from osm2xodr.starting.request import FOLDER, XODR, Made, Request
+from osm2xodr.starting.routes import Car, choose_cars
+
+_SCENARIO: Final = "start.xosc"
+_EGO: Final = "Ego"
+_CARS: Final = 6
+# How long the scenario takes, s: a cycle of traffic lights.
+_SECONDS: Final = 90.0
+# What esmini is told for each letter of a programme: lamps from the top, red, yellow, green.
+_LAMPS: Final = {
+    "G": "off;off;on",
+    "g": "off;off;on",
+    "y": "off;on;off",
+    "r": "on;off;off",
+    "o": "off;flashing;off",
+}
+# Waypoints lie this far within their roads, m, but in the middle of shorter ones.
+_INSIDE: Final = 2.0
+# OpenSCENARIO wants a time; without an option there is none, as the same input gives the same bytes.
+_NO_DATE: Final = "1970-01-01"
+# A car of the middle class: size and place of its middle from the middle of its rear axle, m.
+_BOX: Final = {"length": 4.5, "width": 1.8, "height": 1.5}
+_MIDDLE: Final = {"x": 1.4, "y": 0.0, "z": 0.75}
+_AXLES: Final = {"FrontAxle": (0.5, 2.8), "RearAxle": (0.0, 0.0)}
+
+
+def make(request: Request) -> Made:
+    """Write the scenario."""
+    request.on_stage("making the scenario")
+    network = lane_network(read_xodr(request.xodr))
+    known = {item.attributes.get("id") for item in network.file.furniture if item.kind == "signal"}
+    programmes = programmes_of(request.conversion.road_map.furniture)
+    cars = choose_cars(network, programmes, _CARS, _SECONDS)
+    if not cars:
+        raise InputError(f"there is no lane in {request.name} that a car could set out on; choose a larger area")
+    switched = [(item, {k: text for k, text in item.signals.items() if str(k) in known}) for item in programmes]
+    root = _scenario(request, network, cars, switched)
+    ET.indent(root, " ")
+    text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    (request.folder / _SCENARIO).write_bytes(text + b"\n")
+    lights = sum(len(signals) for _, signals in switched)
+    others = len(cars) - 1
+    notes = [f"an ego and {others} other {'car' if others == 1 else 'cars'} for {_SECONDS:.0f} s"]
+    if lights:
+        notes.append(f"{lights:,} traffic lights change, and the cars mind them; those for people stay dark")
+    return Made(
+        "Install [esmini](https://github.com/esmini/esmini/releases), 3.6 or later.",
+        f"esmini --window 60 60 1280 720 --osc {FOLDER}/{_SCENARIO}",
+        {_SCENARIO: "the scenario, ASAM OpenSCENARIO XML 1.2"},
+        tuple(notes),
+        {"Without a window": "`--headless --fixed_timestep 0.05` in place of `--window …` runs it without a window."},
+    )
+
+
+def _scenario(
+    request: Request, network: LaneNetwork, cars: list[Car], lights: list[tuple[Programme, dict[int, str]]]
+) -> ET.Element:
+    """Return the document."""
+    root = ET.Element("OpenSCENARIO")
+    date = request.conversion.options.date or _NO_DATE
+    head = {
+        "revMajor": "1",
+        "revMinor": "2",
+        "date": date if "T" in date else f"{date}T00:00:00",
+        "author": "osm2xodr",
+        "description": f"{request.name}: © OpenStreetMap contributors, Open Database License 1.0 (ODbL)",
+    }
+    _add(root, "FileHeader", head)
+    _add(root, "CatalogLocations")
+    _add(_add(root, "RoadNetwork"), "LogicFile", {"filepath": XODR})
+    entities = _add(root, "Entities")
+    names = [_EGO, *(f"Car{k}" for k in range(1, len(cars)))]
+    for name in names:
+        _vehicle(_add(entities, "ScenarioObject", {"name": name}), name == _EGO)
+    storyboard = _add(root, "Storyboard")
+    actions = _add(_add(storyboard, "Init"), "Actions")
+    for programme, signals in lights:
+        for signal, letters in signals.items():
+            if programme.ends:
+                _show(_add(actions, "GlobalAction"), signal, letters[0])
+    for name, car in zip(names, cars, strict=True):
+        _initial(_add(actions, "Private", {"entityRef": name}), network, car, name)
+    story = _add(storyboard, "Story", {"name": "Drive"})
+    act = _add(story, "Act", {"name": "Traffic"})
+    for name, car in zip(names, cars, strict=True):
+        _drive(act, name, car)
+    for programme, signals in lights:
+        _switch(act, programme, signals)
+    _after(_add(act, "StartTrigger"), 0.0)
+    _after(_add(storyboard, "StopTrigger"), _SECONDS)
+    return root
+
+
+def _vehicle(parent: ET.Element, is_ego: bool) -> None:
+    vehicle = _add(parent, "Vehicle", {"name": "ego" if is_ego else "car", "vehicleCategory": "car"})
+    box = _add(vehicle, "BoundingBox")
+    _add(box, "Center", _numbers(_MIDDLE))
+    _add(box, "Dimensions", _numbers(_BOX))
+    _add(vehicle, "Performance", _numbers({"maxSpeed": 60.0, "maxAcceleration": 10.0, "maxDeceleration": 10.0}))
+    axles = _add(vehicle, "Axles")
+    for name, (steering, x) in _AXLES.items():
+        about = {"maxSteering": steering, "wheelDiameter": 0.65, "trackWidth": 1.6, "positionX": x, "positionZ": 0.32}
+        _add(axles, name, _numbers(about))
+    _add(vehicle, "Properties")
+
+
+def _initial(private: ET.Element, network: LaneNetwork, car: Car, name: str) -> None:
+    """Put a car on its lane, and give it its route and its first speed."""
+    teleport = _add(_add(private, "PrivateAction"), "TeleportAction")
+    places = list(_waypoints(network, car.path))
+    _lane_position(teleport, *places[0])
+    if len(places) > 1:
+        routing = _add(_add(private, "PrivateAction"), "RoutingAction")
+        route = _add(_add(routing, "AssignRouteAction"), "Route", {"name": f"{name}Route", "closed": "false"})
+        for place in places:
+            _lane_position(_add(route, "Waypoint", {"routeStrategy": "shortest"}), *place)
+    speed = _add(_add(_add(private, "PrivateAction"), "LongitudinalAction"), "SpeedAction")
+    shape = {"dynamicsShape": "step", "dynamicsDimension": "time", "value": "0"}
+    _add(speed, "SpeedActionDynamics", shape)
+    _add(_add(speed, "SpeedActionTarget"), "AbsoluteTargetSpeed", _numbers({"value": float(car.motion.speed[0])}))
+
+
+def _waypoints(network: LaneNetwork, path: Path) -> Iterator[tuple[str, int, float]]:
+    """Yield road, lane and s of the begin of a path, and of the end of each road after the first.
+
+    esmini keeps one on each road, and looks for the way between them itself, by roads, whatever the lane: so ways
+    through junctions have theirs, too.
+    """
+    yield (*network.lane(path.nodes[0]), float(path.s[0]))
+    roads = [int(network.road[node]) for node in path.nodes]
+    for k, node in enumerate(path.nodes):
+        leaves = k + 1 == len(roads) or roads[k + 1] != roads[k]
+        if leaves and any(road != roads[0] for road in roads[: k + 1]):
+            low, high = network.section(node)
+            room = min(_INSIDE, 0.5 * (high - low))
+            yield (*network.lane(node), low + room if node % 2 else high - room)
+
+
+def _lane_position(parent: ET.Element, road: str, lane: int, s: float) -> None:
+    about = {"roadId": road, "laneId": str(lane), "s": f"{s:.3f}", "offset": "0"}
+    _add(_add(parent, "Position"), "LanePosition", about)
+
+
+def _drive(act: ET.Element, name: str, car: Car) -> None:
+    """Let a car go as planned."""
+    event = _event(act, f"{name}Drive", name)
+    action = _add(_add(event, "Action", {"name": f"{name}Speed"}), "PrivateAction")
+    profile = _add(_add(action, "LongitudinalAction"), "SpeedProfileAction", {"followingMode": "position"})
+    for time, speed in car.motion.entries:
+        _add(profile, "SpeedProfileEntry", _numbers({"time": time, "speed": speed}))
+    _after(_add(event, "StartTrigger"), 0.0)
+
+
+def _switch(act: ET.Element, programme: Programme, signals: dict[int, str]) -> None:
+    """Let the lights of a junction change by their programme, phase by phase."""
+    changing = {signal: text for signal, text in signals.items() if len(set(text)) > 1}
+    if not changing:
+        return
+    junction = programme.plan.junction
+    group = _add(act, "ManeuverGroup", {"maximumExecutionCount": "1", "name": f"Lights{junction}"})
+    _add(group, "Actors", {"selectTriggeringEntities": "false"})
+    maneuver = _add(group, "Maneuver", {"name": f"Lights{junction}Programme"})
+    begins, k = 0.0, 0
+    count = len(programme.ends)
+    while (begins := begins + programme.plan.phases[k % count].duration) < _SECONDS:
+        k += 1
+        turned = [signal for signal, text in changing.items() if text[k % count] != text[(k - 1) % count]]
+        if turned:
+            about = {"name": f"Lights{junction}Phase{k}", "maximumExecutionCount": "1", "priority": "parallel"}
+            event = _add(maneuver, "Event", about)
+            for signal in turned:
+                action = _add(event, "Action", {"name": f"Light{signal}Phase{k}"})
+                _show(_add(action, "GlobalAction"), signal, changing[signal][k % count])
+            _after(_add(event, "StartTrigger"), begins)
+
+
+def _show(action: ET.Element, signal: int, letter: str) -> None:
+    about = {"name": str(signal), "state": _LAMPS[letter]}
+    signals = _add(_add(action, "InfrastructureAction"), "TrafficSignalAction")
+    _add(signals, "TrafficSignalStateAction", about)
+
+
+def _event(act: ET.Element, name: str, actor: str) -> ET.Element:
+    """Add a group of one actor with one event."""
+    group = _add(act, "ManeuverGroup", {"maximumExecutionCount": "1", "name": name})
+    actors = _add(group, "Actors", {"selectTriggeringEntities": "false"})
+    _add(actors, "EntityRef", {"entityRef": actor})
+    maneuver = _add(group, "Maneuver", {"name": f"{name}Maneuver"})
+    about = {"name": f"{name}Event", "maximumExecutionCount": "1", "priority": "parallel"}
+    return _add(maneuver, "Event", about)
+
+
+def _after(trigger: ET.Element, seconds: float) -> None:
+    """Let a trigger pull after a time."""
+    about = {"name": f"After{seconds:g}", "delay": "0", "conditionEdge": "none"}
+    condition = _add(_add(trigger, "ConditionGroup"), "Condition", about)
+    # Not at once: esmini ends what it does at the begin in its first step.
+    rule = {"value": f"{seconds:g}", "rule": "greaterThan"}
+    _add(_add(condition, "ByValueCondition"), "SimulationTimeCondition", rule)
+
+
+def _add(parent: ET.Element, name: str, attributes: dict[str, str] | None = None) -> ET.Element:
+    return ET.SubElement(parent, name, attributes or {})
+
+
+def _numbers(values: dict[str, float]) -> dict[str, str]:
+    return {name: f"{value:.3f}".rstrip("0").rstrip(".") for name, value in values.items()}
