@@ -96,6 +96,15 @@ def test_answers_that_are_none(server: WebServer, tmp_path: Path, reply: Reply, 
     assert find(server, tmp_path, "Ordino").box[1] == 42.54
 
 
+def test_offline_it_says_what_else_there_is(tmp_path: Path) -> None:
+    with web_server() as gone:
+        pass
+    with pytest.raises(
+        ServerError, match=r"cannot be reached \(connection refused\): .*, or the box of the place with --b"
+    ):
+        find(gone, tmp_path, "Ordino")
+
+
 def test_words_of_the_server_are_quoted_in_one_line(server: WebServer, tmp_path: Path) -> None:
     server.serve(SEARCH, answer({**ORDINO, "display_name": "a\n\x1b[31m<b>c</b>" + "d" * 10_000}))
     said: list[str] = []

@@ -75,7 +75,16 @@ def _ask(connection: Connection, server: str, name: str, path: Path) -> None:
         return content
 
     connection.network.progress(f"asking {host(server)} for the place")
-    content = connection.ask(url, "--geocoder", read)
+    try:
+        content = connection.ask(url, "--geocoder", read)
+    except ServerError as error:
+        if not error.unreached:
+            raise
+        raise ServerError(
+            f"{shown(server)} cannot be reached ({error.unreached}): this machine may be offline; connect it, give "
+            "another address with --geocoder, or the box of the place with --bbox",
+            unreached=error.unreached,
+        ) from error
     with stream_to(path) as stream:
         stream.write(content)
 
