@@ -4,9 +4,18 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`convert` makes a road network, and `start` a folder that a simulator runs; `read`, `check`, `report`, `render`,
-`export`, `export_scene`, `crop`, `merge` and `Locator` work with OpenDRIVE files of any writer. All that can go wrong
-is an `Osm2xodrError`. Everything is loaded when first used.
+`fetch` gets the map and elevation models of a place, `convert` makes a road network of them, and `start` makes a folder
+that a simulator runs. `read`, `check`, `report`, `render`, `locate`, `export`, `export_scene`, `crop` and `merge` work with
+OpenDRIVE files of any writer.
+
+A road network, `RoadNetwork`, has `roads`, `junctions` and `signals`, and `to_geodataframe`, `to_geopackage` and
+`to_networkx` for Python's tools. All functions and `Locator` take it in place of a file.
+
+>>> road = network.roads["12"]  # doctest: +SKIP
+>>> road.name, road.osm_ways, road.height(20.0), road.lanes(20.0)  # doctest: +SKIP
+
+Options of the command line are keywords. All that can go wrong is an `Osm2xodrError`. Everything is loaded when first
+used.
 """
 
 from __future__ import annotations
@@ -41,6 +50,8 @@ if TYPE_CHECKING:
         crop as crop,
         export as export,
         export_scene as export_scene,
+        fetch as fetch,
+        locate as locate,
         merge as merge,
         read as read,
         render as render,
@@ -74,6 +85,8 @@ _EXPORTS = {
         "crop",
         "export",
         "export_scene",
+        "fetch",
+        "locate",
         "merge",
         "read",
         "render",

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from lxml import etree
 from map_service import ORDINO, OSM_BASE, SAMPLE, Overpass, height, template, tile_of, tile_path
 from web_server import PAGE, Reply, WebServer, web_server, write_certificate
 
+import osm2xodr
 from osm2xodr.cli import main
 
 BBOX = ",".join(map(str, ORDINO))
@@ -46,6 +48,28 @@ def error_of(capsys: pytest.CaptureFixture[str], *command: str, status: int = 1)
     said = capsys.readouterr().err.splitlines()
     assert "Traceback" not in "".join(said)
     return said[-1]
+
+
+def test_fetch_and_convert_from_python(server: WebServer, tmp_path: Path) -> None:
+    said: list[str] = []
+    found = osm2xodr.fetch(
+        tmp_path / "own",
+        bbox=[float(word) for word in BBOX.split(",")],
+        cache=tmp_path / "cache",
+        overpass=f"{server.url}/api/interpreter",
+        dem_url=template(server),
+        progress=lambda task, state="", share=None: said.append(task),
+    )
+    assert said != []
+    assert main(words(server, tmp_path)) == 0
+    for name in ("area.osm", "dem.tif"):
+        assert (tmp_path / "own" / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
+    assert found.osm is not None
+    assert len(osm2xodr.convert(found.osm.path, found.dems).roads) > 70
+    with pytest.raises(osm2xodr.OptionError, match="bbox and place exclude each other"):
+        osm2xodr.fetch(tmp_path, bbox=BBOX, place="Ordino")
+    if TYPE_CHECKING:
+        osm2xodr.fetch(tmp_path, boox=BBOX)  # type: ignore[call-arg]
 
 
 def test_fetch_then_convert(server: WebServer, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -122,3 +122,36 @@ def test_options_about_elevation_models_need_one(tmp_path: Path) -> None:
     with pytest.raises(osm2xodr.OptionError, match="vertical_datum is about elevation models; give") as found:
         osm2xodr.convert(area, vertical_datum="EPSG:3855")
     assert found.value.options == ("dem", "vertical_datum")
+
+
+def test_locate_is_the_command(xodr: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    places: tuple[dict[str, Any], ...] = (
+        {"x": 10.0, "y": -2.0},
+        {"lat": 50.0, "lon": 11.0001},
+        {"road": "1", "s": 20.0, "lane": -1, "offset": 0.5},
+        {"road": "1", "s": 20.0, "t": 2.0},
+    )
+    for keywords in places:
+        words = [f"--{name}={value}" for name, value in keywords.items()]
+        assert main(["locate", str(xodr), "--json", "--all", *words]) == 0
+        found = json.loads(capsys.readouterr().out)["places"]
+        assert osm2xodr.locate(xodr, **keywords) == found
+        assert osm2xodr.locate(osm2xodr.read(xodr), **keywords) == found
+    if TYPE_CHECKING:
+        osm2xodr.locate(xodr, latt=1.0)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("keywords", "words"),
+    [
+        ({}, "give lat and lon, x and y, or road and s"),
+        ({"lat": 1.0}, "give lat and lon"),
+        ({"x": 1.0, "y": 1.0, "road": "1", "s": 0.0}, "give lat and lon"),
+        ({"x": 1.0, "y": 1.0, "lane": -1}, "t, lane and offset go with road and s alone"),
+        ({"road": "1", "s": 0.0, "t": 1.0, "lane": -1}, "t and lane are two ways"),
+        ({"road": "1", "s": 0.0, "offset": 1.0}, "offset counts from the middle of a lane"),
+    ],
+)
+def test_places_that_are_not_given_in_one_way(keywords: dict[str, Any], words: str, xodr: Path) -> None:
+    with pytest.raises(osm2xodr.OptionError, match=words):
+        osm2xodr.locate(xodr, **keywords)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -24,11 +23,9 @@ from osm2xodr.fetching import (
 from osm2xodr.system import Progress, parse_duration
 
 if TYPE_CHECKING:
-    from osm2xodr.fetching import FetchedArea, FetchOptions, Place
+    from osm2xodr.fetching import FetchedArea
 
 _MEGABYTE: Final = 1e6
-# Names of files, also of those that are not there.
-_GEOJSON: Final = frozenset({".geojson", ".json"})
 _DURATION: Final = Parsed("duration", parse_duration)
 
 
@@ -138,69 +135,17 @@ def fetch(**options: Any) -> None:
         return
     if options["output"] is None:
         raise click.UsageError("Missing option '-o' / '--output'.")
-    progress = _Progress(quiet=options["quiet"])
-    place = _place(options["bbox"], options["place"])
-    how = _fetch_options(options, progress)
-    from osm2xodr.fetching import fetch_area
+    quiet = options.pop("quiet")
+    del options["list_models"]
+    progress = _Progress(quiet=quiet)
+    from osm2xodr.library import fetch as run
 
     try:
-        area = fetch_area(place, how)
+        area = run(**options, say=progress.note, progress=progress.show)
     finally:
         progress.clear()
-    if not options["quiet"]:
+    if not quiet:
         _report(area, options["output"])
-
-
-def _place(bbox: str | None, named: str | None) -> Place | str:
-    """Return the area that is asked for; a text where it is the name of a place."""
-    from osm2xodr.fetching import place_of_box, place_of_file
-
-    if bbox is not None and named is not None:
-        raise click.UsageError("--bbox and --place exclude each other; give one of them")
-    if bbox is not None:
-        return place_of_box(bbox)
-    if named is None or not named.strip():
-        raise click.UsageError("no area is given; give --bbox W,S,E,N in degrees, or --place NAME|FILE")
-    is_file = Path(named).is_file() or Path(named).suffix.lower() in _GEOJSON
-    return place_of_file(Path(named)) if is_file else named
-
-
-def _fetch_options(options: dict[str, Any], progress: _Progress) -> FetchOptions:
-    """Return what is asked for, in the terms of the package."""
-    from osm2xodr.fetching import FetchOptions, Network
-
-    network = Network(
-        patience=options["patience"],
-        retries=options["retries"],
-        download_max=round(options["max_download"] * _MEGABYTE),
-        note=progress.note,
-        progress=progress.show,
-    )
-    return FetchOptions(
-        out_dir=options["output"],
-        cache_dir=options["cache"] or _cache_dir(),
-        extract=options["extract"],
-        overpass=options["overpass"] or OVERPASS_SERVERS,
-        geocoder=options["geocoder"],
-        models=options["dem_model"] or (ELEVATION_MODEL,),
-        model_files=options["dem_models"],
-        model_url=options["dem_url"],
-        osm=not options["no_osm"],
-        dem=not options["no_dem"],
-        surroundings=not options["no_surroundings"],
-        pbf=options["pbf"],
-        allow_partial=options["allow_partial"],
-        age=0.0 if options["refresh"] else options["max_age"],
-        overwrite=options["overwrite"],
-        network=network,
-    )
-
-
-def _cache_dir() -> Path:
-    """Return the folder that the system has for such files (XDG Base Directory Specification)."""
-    given = os.environ.get("XDG_CACHE_HOME", "")
-    # Relative ones are to be ignored.
-    return (Path(given) if os.path.isabs(given) else Path("~/.cache").expanduser()) / "osm2xodr"
 
 
 class _Progress:

@@ -23,7 +23,12 @@ if TYPE_CHECKING:
         RETRIES as RETRIES,
     )
     from osm2xodr.fetching.models import ElevationModel as ElevationModel, read_models as read_models
-    from osm2xodr.fetching.options import FetchOptions as FetchOptions, Network as Network, ServerError as ServerError
+    from osm2xodr.fetching.options import (
+        FetchOptions as FetchOptions,
+        Network as Network,
+        ServerError as ServerError,
+        Shows as Shows,
+    )
     from osm2xodr.fetching.place import Place as Place, place_of_box as place_of_box, place_of_file as place_of_file
 
 __getattr__ = lazy_exports(
@@ -40,7 +45,7 @@ __getattr__ = lazy_exports(
             "RETRIES",
         ),
         "models": ("ElevationModel", "read_models"),
-        "options": ("FetchOptions", "Network", "ServerError"),
+        "options": ("FetchOptions", "Network", "ServerError", "Shows"),
         "place": ("Place", "place_of_box", "place_of_file"),
     },
 )

@@ -23,10 +23,12 @@ if TYPE_CHECKING:
         materials_file as materials_file,
         projector_file as projector_file,
     )
+    from osm2xodr.library.fetches import fetch as fetch
     from osm2xodr.library.files import (
         PICTURE_FORMATS as PICTURE_FORMATS,
         RENDER_WIDTH_LEAST as RENDER_WIDTH_LEAST,
         check as check,
+        locate as locate,
         render as render,
         report as report,
     )
@@ -69,10 +71,12 @@ __getattr__ = lazy_exports(
             "materials_file",
             "projector_file",
         ),
+        "fetches": ("fetch",),
         "files": (
             "PICTURE_FORMATS",
             "RENDER_WIDTH_LEAST",
             "check",
+            "locate",
             "render",
             "report",
         ),

@@ -8,6 +8,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Union
 
+import numpy as np
+
 from osm2xodr.defaults import CHECK_FINDINGS, RENDER_WIDTH, RENDER_WIDTH_MOST
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OptionError
@@ -19,7 +21,7 @@ from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
-    from osm2xodr.opendrive import HasTables, OpenDrive
+    from osm2xodr.opendrive import FieldValue, HasTables, OpenDrive
 
 AnyPath = Union[str, "os.PathLike[str]"]
 Box = tuple[float, float, float, float]
@@ -81,6 +83,75 @@ def check(
     with refused("max_findings"):
         options = replace(options, most=max_findings)
     return check_drive(drive_of(file), options)
+
+
+def locate(
+    file: AnyPath | HasTables,
+    *,
+    lat: float | None = None,
+    lon: float | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    road: str | None = None,
+    s: float | None = None,
+    t: float | None = None,
+    lane: int | None = None,
+    offset: float | None = None,
+) -> list[dict[str, FieldValue]]:
+    """Find a place in all coordinates of an OpenDRIVE file. Give `lat` and `lon`, `x` and `y`, or `road` and `s`.
+
+    `Locator` finds many places at once.
+
+    Parameters
+    ----------
+    file
+        The file, or a road network.
+    lat, lon
+        Latitude and longitude, degrees, WGS 84.
+    x, y
+        Inertial coordinates, as in the file, m.
+    road, s
+        Id of a road, and distance from its start, m.
+    t
+        With a road: distance from the reference line to the left, m; by default 0.
+    lane, offset
+        With a road, instead of `t`: id of a lane, and distance from its middle to the left, m, by default 0.
+
+    Returns
+    -------
+    list of dict
+        All roads there, the best one first, or else the nearest one: what is known of each place by the names that
+        ``docs/locate_export.md`` explains, such as ``height``, ``road``, ``lane``, ``s``; None where it is unknown.
+
+    Raises
+    ------
+    OptionError
+        The place is not given in one of these ways.
+    InputError
+        The file cannot be read, does not say where it is on Earth, or has no such road, s or lane.
+    """
+    from osm2xodr.opendrive import Locator
+
+    ways = [(lat, lon), (x, y), (road, s)]
+    given = [way for way in ways if way != (None, None)]
+    if len(given) != 1 or None in given[0]:
+        raise OptionError("give lat and lon, x and y, or road and s", "lat", "lon", "x", "y", "road", "s")
+    if road is None and (t, lane, offset) != (None, None, None):
+        raise OptionError("t, lane and offset go with road and s alone; leave them out", "t", "lane", "offset")
+    if t is not None and (lane, offset) != (None, None):
+        raise OptionError("t and lane are two ways to say the same; give one of them", "t", "lane")
+    if offset is not None and lane is None:
+        raise OptionError("offset counts from the middle of a lane; give lane, too", "offset", "lane")
+    locator = Locator(file)
+    if lat is not None and lon is not None:
+        places = locator.at_geographic(lat, lon)
+    elif x is not None and y is not None:
+        places = locator.at_inertial(x, y)
+    else:
+        assert road is not None
+        at, across, beside = (np.array([0.0 if item is None else item]) for item in (s, t, offset))
+        places = locator.on_roads([road], at, across, [lane], beside)
+    return locator.describe(places)
 
 
 def report(
