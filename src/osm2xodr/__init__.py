@@ -4,9 +4,9 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`fetch` gets the map and elevation models of a place, `convert` makes a road network of them, and `start` makes a folder
-that a simulator runs. `read`, `check`, `report`, `render`, `locate`, `export`, `export_scene`, `crop` and `merge` work with
-OpenDRIVE files of any writer.
+`fetch` gets the map and elevation models of a place, `convert` makes a road network of them, and `start` makes a
+folder that a simulator runs. `read`, `check`, `report`, `render`, `locate`, `export`, `export_scene`, `crop` and
+`merge` work with OpenDRIVE files of any writer.
 
 A road network, `RoadNetwork`, has `roads`, `junctions` and `signals`, and `to_geodataframe`, `to_geopackage` and
 `to_networkx` for Python's tools. All functions and `Locator` take it in place of a file.
