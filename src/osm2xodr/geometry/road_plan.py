@@ -56,6 +56,7 @@ from osm2xodr.geometry.margins import (
     lay_out_corners,
     margins_with_room,
     round_off,
+    with_cycle_tracks,
 )
 from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.options import RoadOptions
@@ -155,6 +156,7 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     report_missing_corners(network, plan.layout, left_out, found)
     ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
     margins = round_off(plan.parts, margins, blunt)
+    corners = with_cycle_tracks(corners, plan.parts, margins, plan.connecting, network.rule)
     junction = plan.parts.end_junction.ravel()[np.array([end for end, _ in blunt], np.int64)]
     return RoadSides(margins, corners, ends, junction, found)
 

@@ -198,14 +198,25 @@ def test_driveways_are_paved_where_they_cross_a_verge(rule: Rule) -> None:
     assert between == {0.0: [(LaneType.SHOULDER, 0.0, 1.0)], 0.12: [(LaneType.BORDER, 0.12, 1.0)]}
 
 
+def _backwards(strips: Strips) -> Strips:
+    return tuple(
+        replace(strip, direction=Direction.BACKWARD) if strip.type is LaneType.BIKING else strip for strip in strips
+    )
+
+
 @EITHER
 @pytest.mark.parametrize("side_street", [(), (WALK,)], ids=["bare", "with sidewalks"])
-def test_cycle_tracks_lead_straight_on_past_other_streets(rule: Rule, side_street: Strips) -> None:
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [((VERGE, TRACK), (VERGE, TRACK)), ((VERGE, TRACK, WALK), (VERGE, TRACK, WALK)), ((TRACK, WALK), (WALK, TRACK))],
+    ids=["alone", "beside sidewalks", "across the sidewalk"],
+)
+def test_cycle_tracks_lead_straight_on_past_other_streets(
+    rule: Rule, one: Strips, other: Strips, side_street: Strips
+) -> None:
     """Ways 1 and 2 run from west to east, 3 and 4 cross them."""
-    case = wide(X)
-    back = replace(TRACK, direction=Direction.BACKWARD)
-    tracks = ((VERGE, back), (VERGE, TRACK))
-    roads = built(case, {1: tracks, 2: tracks, 3: (side_street, side_street), 4: (side_street, side_street)}, rule)
+    ways = {1: (_backwards(one), one), 2: (_backwards(other), other)}
+    roads = built(wide(X), {**ways, 3: (side_street, side_street), 4: (side_street, side_street)}, rule)
     assert_sound(roads)
     led = [road for road in roads.roads if road.junction is not None and LaneType.BIKING in types_of(road)]
     assert len(led) == 2

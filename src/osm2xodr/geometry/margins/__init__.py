@@ -5,6 +5,7 @@ from __future__ import annotations
 from osm2xodr.geometry.margins.corner_lanes import with_lanes_of_sections
 from osm2xodr.geometry.margins.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.margins.corner_strips import inner_width
+from osm2xodr.geometry.margins.cycle_tracks import with_cycle_tracks
 from osm2xodr.geometry.margins.sidewalk_ends import SidewalkEnds, find_sidewalk_ends, round_off
 from osm2xodr.geometry.margins.strip_clearance import margins_with_room
 from osm2xodr.geometry.margins.strip_lanes import add_margins, has_width
@@ -21,5 +22,6 @@ __all__ = [
     "lay_out_corners",
     "margins_with_room",
     "round_off",
+    "with_cycle_tracks",
     "with_lanes_of_sections",
 ]

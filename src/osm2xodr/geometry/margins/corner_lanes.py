@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
@@ -20,6 +20,8 @@ def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> li
 
     The ids hold if the last lane section is as long as the last stretch.
     """
+    if not margins:
+        return []
     stretch = parts.at_end(end)
     lanes = len(stretch.section.left if side > 0 else stretch.section.right)
     if len(margins) == 1 and not margins[0].wedges:
@@ -40,21 +42,23 @@ def with_lanes_of_sections(
     """Return connecting roads whose sidewalks join the lanes that the road ends have in their lane sections."""
     entry_lane, exit_lane, inner = roads.entry_lane.copy(), roads.exit_lane.copy(), list(roads.inner)
     ids = cache(partial(_lane_ids, parts, margins, layouts))
+    entry: Callable[[int], int]
+    exit_: Callable[[int], int]
     for row, kind in enumerate(roads.lane_type):
-        if not _leads_strips(parts, kind, int(roads.entry[row]), int(entry_lane[row])):
+        if kind is LaneType.BIKING:
+            # Lanes of the carriageway keep their ids.
+            entry, exit_ = (partial(_strip_id, ids(int(end[row]))) for end in (roads.entry, roads.exit))
+        elif kind in BESIDE_CARS:
+            entry, exit_ = (ids(int(end[row])).__getitem__ for end in (roads.entry, roads.exit))
+        else:
             continue
-        entry, exit_ = (ids(int(end[row])).__getitem__ for end in (roads.entry, roads.exit))
         entry_lane[row], exit_lane[row] = entry(int(entry_lane[row])), exit_(int(exit_lane[row]))
         inner[row] = tuple(_renumbered(lane, entry, exit_) for lane in inner[row])
     return replace(roads, entry_lane=entry_lane, exit_lane=exit_lane, inner=tuple(inner))
 
 
-def _leads_strips(parts: RoadParts, kind: LaneType, end: int, lane: int) -> bool:
-    """Whether a connecting road leads strips beside the carriageway on: a sidewalk, shoulder or cycle track."""
-    if kind is not LaneType.BIKING:
-        return kind in BESIDE_CARS
-    section = parts.at_end(end).section
-    return abs(lane) > len(section.left if lane > 0 else section.right)
+def _strip_id(ids: Mapping[int, int], lane: int) -> int:
+    return ids.get(lane, lane)
 
 
 def _renumbered(lane: InnerLane, entry: Callable[[int], int], exit_: Callable[[int], int]) -> InnerLane:

@@ -14,7 +14,6 @@ import numpy as np
 
 from osm2xodr.curves import Table, sorted_unique, unique_all, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_lanes import strips_at_end
@@ -129,32 +128,18 @@ def _pairs(
             # A sidewalk leads back to its own arm round the loop of a dead end alone.
             if (following == end and len(around) > 1) or following not in connected or second is None:
                 continue
-            if first.type is LaneType.BIKING and passed and not _is_straight_on(parts, end, following):
-                continue
             if first.type is second.type:
                 yield junction, end, following, first, second, passed
 
 
 def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
-    """Whether sidewalks run on past a road end, a driveway's without any, or cycle tracks, any's without such.
+    """Whether sidewalks run on past a road end: a driveway's without any.
 
-    Shoulders do not: what comes in from there crosses them.
+    Shoulders do not: what comes in from there crosses them. How cycle tracks do is said in `cycle_tracks`.
     """
-    if kind is LaneType.SHOULDER:
+    if kind is not LaneType.SIDEWALK or any((end, side) in walks for side in (1, -1)):
         return False
-    here = [walk.type for side in (1, -1) if (walk := walks.get((end, side))) is not None]
-    if kind is LaneType.BIKING:
-        return kind not in here
-    return not here and parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
-
-
-def _is_straight_on(parts: RoadParts, end: int, following: int) -> bool:
-    """Whether the way from one road end into a junction leads straight on to another one."""
-    ends = np.array([end, following])
-    _, _, hdg = end_poses(parts, ends)
-    # Road ends run inwards, starts outwards.
-    turn = hdg[1] - hdg[0] + (0.0 if end % 2 != following % 2 else np.pi)
-    return bool(np.abs(wrapped(turn)) < STRAIGHT_ON)
+    return parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
 
 
 def arms_in_order(parts: RoadParts, walks: Iterable[tuple[int, int]], sense: int) -> Iterator[tuple[int, list[int]]]:

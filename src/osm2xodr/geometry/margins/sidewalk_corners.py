@@ -55,8 +55,8 @@ def sidewalk_corners(
     leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
     OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
     road for `cars` touches are no part of the junction. Past driveways without sidewalks it runs on, as low as the
-    carriageway: cars cross it there. So do cycle tracks without sidewalks, past all streets that have none. Shoulders
-    without either lead from arm to arm likewise, such as from a motorway to its exit.
+    carriageway: cars cross it there. Cycle tracks without sidewalks lead from arm to arm likewise, and shoulders
+    without either, such as from a motorway to its exit.
     """
     corners = find_corners(parts, margins, cars, rule, junctions)
     none = cars.chosen(np.zeros(len(cars.length), bool))
@@ -68,7 +68,7 @@ def sidewalk_corners(
     for here, others in ((~past, cars), (past, cars.chosen(~crossing))):
         if not here.any():
             continue
-        rows, own, good = _drawn(corners.chosen(np.flatnonzero(here)), cars, others, parts, rule)
+        rows, own, good = draw_corners(corners.chosen(np.flatnonzero(here)), cars, others, parts, rule)
         led = led.joined(with_inner_lanes(rows.chosen(good), own[good], others, parts, rule))
         # Nobody misses a corner that leads past a driveway: sidewalks may end there.
         walks = np.array([kind is LaneType.SIDEWALK for kind in rows.lane_type], bool)
@@ -76,7 +76,7 @@ def sidewalk_corners(
     return led.chosen(np.argsort(led.junction, kind="stable")), failed
 
 
-def _drawn(
+def draw_corners(
     corners: Corners, cars: ConnectingRoads, others: ConnectingRoads, parts: RoadParts, rule: Rule
 ) -> tuple[ConnectingRoads, BoolArray, BoolArray]:
     """Return the corners drawn in the first way that is clear of the carriageways, of the `others` as well.
