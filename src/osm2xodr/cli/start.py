@@ -41,16 +41,16 @@ _PLAN = (
 
 @click.command(
     cls=DemCommand,
-    short_help="Make a folder that a simulator runs.",
+    short_help="Make a folder that CARLA, SUMO, esmini or Autoware runs.",
     epilog="""\b
 Examples:
+  osm2xodr start carla area.osm --dem dem.tif -o area_carla
   osm2xodr start sumo area.osm --dem dem.tif -o area_sumo
   osm2xodr start esmini area.osm --dem dem.tif -o area_esmini
   osm2xodr start autoware area.osm --dem dem.tif -o area_autoware
 
 The last line names the one command that runs it, and so does README.md in the folder. docs/start.md says more. SUMO's
-network is made by its netconvert, which has to be installed; the scene for CARLA needs the extra "scene" (pip install
-'osm2xodr[scene]').
+network is made by its netconvert, which has to be installed.
 
 Exit status: 0 written, 1 cannot be made, 2 wrong usage, 130 interrupted.""",
 )

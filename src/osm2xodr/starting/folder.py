@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 from osm2xodr import __version__
 from osm2xodr.errors import OptionError
 from osm2xodr.library import ConvertOptions, area_map, changed_options, clipping, convert
-from osm2xodr.starting import autoware, esmini, sumo
+from osm2xodr.starting import autoware, carla, esmini, sumo
 from osm2xodr.starting.request import FOLDER, XODR, Made, Request
 from osm2xodr.starting.simulators import NOT_CHOSEN, SIMULATORS, TARGET_OF
 from osm2xodr.surface import expand
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 INDEX: Final = "start.json"
 _README: Final = "README.md"
 _MAKERS: Final[Mapping[str, Callable[[Request], Made]]] = MappingProxyType(
-    {"sumo": sumo.make, "esmini": esmini.make, "autoware": autoware.make}
+    {"carla": carla.make, "sumo": sumo.make, "esmini": esmini.make, "autoware": autoware.make}
 )
-_TITLES: Final = MappingProxyType({"sumo": "SUMO", "esmini": "esmini", "autoware": "Autoware"})
+_TITLES: Final = MappingProxyType({"carla": "CARLA", "sumo": "SUMO", "esmini": "esmini", "autoware": "Autoware"})
 _CREDIT: Final = """\
 Road network: © [OpenStreetMap contributors](https://www.openstreetmap.org/copyright), under the Open Database License
 1.0 (ODbL), which what is made of it has to keep, and name them."""

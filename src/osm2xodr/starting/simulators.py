@@ -10,7 +10,7 @@ from osm2xodr.conventions import DEFAULT_TARGET
 
 # The option --target of the conversion for each of them.
 TARGET_OF: Final[Mapping[str, str]] = MappingProxyType(
-    {"sumo": "sumo", "esmini": "esmini", "autoware": DEFAULT_TARGET}
+    {"carla": "carla", "sumo": "sumo", "esmini": "esmini", "autoware": DEFAULT_TARGET}
 )
 SIMULATORS: Final = tuple(TARGET_OF)
 # Options of a conversion that these folders have no use for: the simulator decides, or a batch does.
