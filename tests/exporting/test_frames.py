@@ -27,7 +27,7 @@ def test_lanes(file: OpenDrive) -> None:
     assert frame.crs == PROJECTION
     assert len(frame) == 8
     first = frame.iloc[0]
-    assert (first.road_id, first.lane_id, first.type, first.direction) == ("1", 1, "driving", "backward")
+    assert (first.road_id, first.lane_id, first.lane_type, first.direction) == ("1", 1, "driving", "backward")
     assert (first.s_start_m, first.s_end_m, first.t_m, first.width_m) == (0.0, 50.0, 1.5, 3.0)
     assert first.length_m == pytest.approx(50.0)
     assert first.osm_ways == (12, -3)
@@ -49,7 +49,13 @@ def test_roads_and_signals(file: OpenDrive) -> None:
     assert roads.rule.tolist() == ["RHT", "RHT"]
     assert math.isnan(roads.speed_kmh[0])
     (signal,) = whole.to_geodataframe("signals").itertuples()
-    assert (signal.signal_id, signal.type, signal.value, signal.s_m, signal.t_m) == ("x", "274", 50.0, 30.0, -6.0)
+    assert (signal.signal_id, signal.signal_type, signal.value, signal.s_m, signal.t_m) == (
+        "x",
+        "274",
+        50.0,
+        30.0,
+        -6.0,
+    )
     assert signal.geometry.coords[0] == pytest.approx((30.0, -6.0, 103.6))
     with pytest.raises(osm2xodr.OptionError, match="layer: 'poles' is unknown; choose from lanes, roads, signals"):
         whole.to_geodataframe("poles")  # type: ignore[arg-type]

@@ -31,7 +31,7 @@ def test_ways_through_a_junction(tmp_path: Path) -> None:
     # The lane right of the reference line, to the right: 1.75 m nearer to the centre of a circle of 10 m.
     assert graph.nodes["12", 0, -1]["length_m"] == pytest.approx(ARC * 8.25 / 10.0, abs=0.05)
     assert graph.nodes["1", 0, -1] == {
-        "road": "1", "road_name": "", "section": 0, "lane": -1, "type": "driving", "direction": "forward",
+        "road": "1", "road_name": "", "section": 0, "lane": -1, "lane_type": "driving", "direction": "forward",
         "s_start_m": 0.0, "s_end_m": 50.0, "length_m": pytest.approx(50.0), "speed_kmh": pytest.approx(50.0),
     }  # fmt: skip
 

@@ -44,7 +44,8 @@ def test_the_python_in_the_readme_works(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
     )
-    own, checked = done.stdout.splitlines()
+    own, checked, longest = done.stdout.splitlines()
+    assert longest == "CS-340"
     assert own.startswith("<Conversion 'My area': ")
     assert checked.startswith("area.xodr: 0 errors, ")
     header = etree.parse(tmp_path / "area.xodr").find("header")

@@ -30,6 +30,15 @@ from osm2xodr.opendrive import (
 from osm2xodr.system import ByteSink
 
 _KMH: Final = 3.6
+# Attributes of signals, and their columns: tables with geometry have a ``type`` of their own.
+_SIGNAL_TEXTS: Final = {
+    "name": "signal_name",
+    "type": "signal_type",
+    "subtype": "signal_subtype",
+    "country": "country",
+    "unit": "unit",
+    "orientation": "orientation",
+}
 # A GeoPackage says when it was changed last. The same input shall give the same bytes.
 _NO_TIME: Final = "1970-01-01T00:00:00Z"
 
@@ -89,7 +98,7 @@ def _lanes(file: OpenDrive, tolerance: float, step: float) -> tuple[dict[str, An
     columns = {
         **_of_roads(file, road),
         "lane_id": lanes.id[row],
-        "type": _texts(lanes.type, row),
+        "lane_type": _texts(lanes.type, row),
         "direction": direction[row].tolist(),
         "s_start_m": sections.s[section],
         "s_end_m": sections.end[section],
@@ -120,7 +129,7 @@ def _roads(file: OpenDrive, tolerance: float, step: float) -> tuple[dict[str, An
     speed[has] = types.speed[types.start[:-1][has]]
     columns = {
         **_of_roads(file, row),
-        "type": [types.type[k] if known else "" for k, known in zip(first, has.tolist(), strict=True)],
+        "road_type": [types.type[k] if known else "" for k, known in zip(first, has.tolist(), strict=True)],
         "rule": ["LHT" if left else "RHT" for left in file.roads.left_hand.tolist()],
         "predecessor_id": [ids[0] for ids in file.roads.link_id],
         "successor_id": [ids[1] for ids in file.roads.link_id],
@@ -139,12 +148,11 @@ def _signals(file: OpenDrive, tolerance: float, step: float) -> tuple[dict[str, 
     places = np.full(len(items), None, object)
     good = np.isfinite(points).all(1)
     places[good] = shapely.points(points[good])
-    texts = ("id", "name", "type", "subtype", "country", "unit", "orientation")
-    words = {name: [item.attributes.get(name, "") for item in items] for name in texts}
+    words = {name: [item.attributes.get(name, "") for item in items] for name in ("id", *_SIGNAL_TEXTS)}
     columns = {
         "signal_id": words["id"],
         **_of_roads(file, road),
-        **{name: words[name] for name in texts[1:]},
+        **{column: words[name] for name, column in _SIGNAL_TEXTS.items()},
         "value": [_value(item.attributes.get("value", "")) for item in items],
         "dynamic": [item.attributes.get("dynamic", "") == "yes" for item in items],
         "s_m": s,

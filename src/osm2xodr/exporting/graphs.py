@@ -40,7 +40,7 @@ def lane_graph(file: OpenDrive) -> Any:
                 road_name=file.roads.name[road],
                 section=name[1],
                 lane=name[2],
-                type=lanes.type[row],
+                lane_type=lanes.type[row],
                 direction=_WAYS[way],
                 s_start_m=float(sections.s[section]),
                 s_end_m=float(sections.end[section]),
