@@ -4,9 +4,9 @@
 >>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
 >>> network.write("area.xodr")  # doctest: +SKIP
 
-`fetch` gets the map and elevation models of a place, `convert` makes a road network of them, and `start` makes a
-folder that a simulator runs. `read`, `check`, `report`, `render`, `locate`, `export`, `export_scene`, `crop` and
-`merge` work with OpenDRIVE files of any writer.
+`fetch` gets the map and elevation models of a place, `convert` makes a road network of them, `batch` makes many, and
+`start` a folder that a simulator runs. `read`, `check`, `report`, `render`, `locate`, `export`, `export_scene`,
+`crop` and `merge` work with OpenDRIVE files of any writer.
 
 A road network, `RoadNetwork`, has `roads`, `junctions` and `signals`, and `to_geodataframe`, `to_geopackage` and
 `to_networkx` for Python's tools. All functions and `Locator` take it in place of a file.
@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.cli import batch as batch
     from osm2xodr.diagnostics import Diagnostic as Diagnostic, Diagnostics as Diagnostics, Kind as Kind
     from osm2xodr.errors import (
         CoverageError as CoverageError,
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _EXPORTS = {
+    "cli": ("batch",),
     "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
     "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
     "library": (

@@ -15,12 +15,14 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import psutil
 import pytest
 from batch_runs import made, statuses, write_table, write_village
 from small_area import OSM, write_area, write_dem
 
+import osm2xodr
 from osm2xodr import __version__
 from osm2xodr.batching import workflow
 from osm2xodr.batching.fingerprints import load_state, save_state
@@ -92,6 +94,49 @@ SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino" / "ar
 
 def again(*more: str) -> int:
     return main(["batch", "areas.csv", "-o", "out", *more])
+
+
+def test_batches_from_python_are_those_of_the_command(here: Here) -> None:
+    results = osm2xodr.batch("out", "areas.csv")
+    assert [(item.name, item.status) for item in results] == [(f"v{k}", "unchanged") for k in range(3)]
+    ended: list[str] = []
+    options: osm2xodr.AreaKeywords = {
+        "default_lane_width": 3.0,
+        "ways": ["tertiary", "residential"],
+        "left_hand": False,
+    }
+    results = osm2xodr.batch(
+        Path("out"),
+        manifest="areas.csv",
+        timeout="10min",
+        max_memory="2G",
+        on_end=lambda result: ended.append(result.name),
+        **options,
+    )
+    assert [item.status for item in results] == ["done"] * 3
+    assert sorted(ended) == sorted(here.taken()) == ["v0", "v1", "v2"]
+    words = "--right-hand --default-lane-width 3 --ways tertiary,residential"
+    assert again("--options", words) == 0
+    assert here.taken() == []
+    if TYPE_CHECKING:
+        osm2xodr.batch("out", "areas.csv", wais="major")  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("keywords", "words"),
+    [
+        ({}, "give either a MANIFEST, or a map with source"),
+        ({"manifest": "areas.csv", "shared_frame": True}, "shared_frame needs areas of one map; give it with source"),
+        ({"source": "village_01.osm"}, "source needs either tiles, such as tiles 5km, or areas FILE"),
+        ({"source": "village_01.osm", "tiles": "wide"}, "tiles: "),
+        ({"manifest": "areas.csv", "ways": "footway"}, "ways: 'footway' is not a kind of way"),
+        ({"manifest": "areas.csv", "name": "x"}, "name cannot be given to areas of a batch; leave it out"),
+    ],
+)
+def test_batches_from_python_that_cannot_be(here: Here, keywords: dict[str, Any], words: str) -> None:
+    with pytest.raises(osm2xodr.OptionError, match=words):
+        osm2xodr.batch("out", **keywords)
+    assert here.taken() == []
 
 
 def test_what_is_unchanged_is_left_alone(here: Here) -> None:

@@ -35,7 +35,11 @@ if TYPE_CHECKING:
     from osm2xodr.batching.shared_frame import read_partition as read_partition
     from osm2xodr.batching.toml import decoded as decoded, parse_toml as parse_toml, unknown_key as unknown_key
     from osm2xodr.batching.workers import Workers as Workers, check_dask as check_dask
-    from osm2xodr.batching.workflow import BatchOptions as BatchOptions, run_batch as run_batch
+    from osm2xodr.batching.workflow import (
+        BatchOptions as BatchOptions,
+        Listener as Listener,
+        run_batch as run_batch,
+    )
 
 __getattr__ = lazy_exports(
     __name__,
@@ -59,6 +63,6 @@ __getattr__ = lazy_exports(
         "shared_frame": ("read_partition",),
         "toml": ("decoded", "parse_toml", "unknown_key"),
         "workers": ("Workers", "check_dask"),
-        "workflow": ("BatchOptions", "run_batch"),
+        "workflow": ("BatchOptions", "Listener", "run_batch"),
     },
 )

@@ -2,6 +2,14 @@
 
 from __future__ import annotations
 
-from osm2xodr.cli.program import main
+from typing import TYPE_CHECKING
 
-__all__ = ["main"]
+from osm2xodr.cli.program import main
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.cli.areas import batch
+
+__getattr__ = lazy_exports(__name__, {"areas": ("batch",)})
+
+__all__ = ["batch", "main"]

@@ -133,7 +133,7 @@ def batch_options(command: _Command) -> _Command:
 
 
 def refuse_contradictions(arguments: BatchArguments) -> None:
-    """Refuse options that contradict each other, with `click.UsageError`."""
+    """Refuse options that contradict each other, with `click.UsageError`, and a scheduler without Dask."""
     outlines = [option for option, given in (("--tiles", arguments.tiles), ("--areas", arguments.areas)) if given]
     if (arguments.manifest is None) == (arguments.source is None):
         raise click.UsageError("give either a MANIFEST, or a map with --from")
@@ -143,6 +143,10 @@ def refuse_contradictions(arguments: BatchArguments) -> None:
         raise click.UsageError(f"{outlines[0]} needs a map to cut areas out of; give it with --from")
     if arguments.source is None and arguments.shared_frame:
         raise click.UsageError("--shared-frame needs areas of one map; give it with --from")
+    if arguments.scheduler:
+        from osm2xodr.batching import check_dask
+
+        check_dask()
     if arguments.scheduler and arguments.workers is not None:
         raise click.UsageError("--workers is for this machine, and --scheduler for others; give one of them")
 

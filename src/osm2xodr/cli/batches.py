@@ -17,7 +17,7 @@ from osm2xodr.reporting import details
 from osm2xodr.system import Progress
 
 if TYPE_CHECKING:
-    from osm2xodr.batching import Result
+    from osm2xodr.batching import Listener, Result
 
 _FAILED, _INTERRUPTED = 1, 130
 _GIGABYTE = 1e9
@@ -55,10 +55,6 @@ def batch(session: Session, /, **options: Any) -> int:
     arguments = BatchArguments(**options)
     session.verbose = arguments.verbose
     refuse_contradictions(arguments)
-    if arguments.scheduler:
-        from osm2xodr.batching import check_dask
-
-        check_dask()
     progress = _BatchProgress(quiet=arguments.quiet, verbose=bool(arguments.verbose))
     try:
         progress.stage("reading the list of areas")
@@ -79,13 +75,27 @@ def batch(session: Session, /, **options: Any) -> int:
 
 def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
     """Run a batch, report its results, and return the exit status."""
+    began = time.monotonic()
+    own = frozenset(name for param in batch.params for name in param.opts)
+    results, diagnostics = run(arguments, planned, progress, own)
+    progress.clear()
+    _report(arguments, results, diagnostics, time.monotonic() - began)
+    return _FAILED if any(_failed(result) for result in results) else 0
+
+
+def run(
+    arguments: BatchArguments, planned: Plan, listener: Listener, own: frozenset[str]
+) -> tuple[list[Result], Diagnostics]:
+    """Run a batch, and return the results of its areas and what is to be said of it.
+
+    `own` are the names of the options of the command that runs it, such as ``--workers``; none where there is none.
+    """
     from osm2xodr.batching import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
     from osm2xodr.cli import area_server
     from osm2xodr.library import read_corrections
     from osm2xodr.model import Corrections
     from osm2xodr.system import available_jobs
 
-    began = time.monotonic()
     diagnostics = Diagnostics()
     workers = Workers(
         area_server.__name__, arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory
@@ -103,18 +113,16 @@ def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> 
         known,
         corrections,
         arguments.surroundings,
-        frozenset(name for param in batch.params for name in param.opts),
+        own,
     )
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:
         if planned.bounds is not None:
             keep_bounds(output, planned.areas[0].area.osm, planned.bounds)
-        results = run_batch(planned.areas, out, how, diagnostics, progress)
-        progress.stage("writing the summary")
+        results = run_batch(planned.areas, out, how, diagnostics, listener)
+        listener.stage("writing the summary")
         write_summary(output, results)
-    progress.clear()
-    _report(arguments, results, diagnostics, time.monotonic() - began)
-    return _FAILED if any(_failed(result) for result in results) else 0
+    return results, diagnostics
 
 
 class _BatchProgress:
