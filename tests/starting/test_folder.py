@@ -41,6 +41,45 @@ def test_a_folder_is_made_anew(tmp_path: Path) -> None:
     assert there == {*third.files, folder / "diary.txt"}
 
 
+def test_folders_below_go_with_their_files(tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    first = osm2xodr.start("carla", SCENE.osm, folder, SCENE.dem)
+    assert folder / "import" / "area.glb" in first.files
+    (folder / "import" / "notes.txt").write_text("mine", encoding="utf-8")
+    second = start(folder)
+    there = {path for path in folder.rglob("*") if path.is_file()}
+    assert there == {*second.files, folder / "import" / "notes.txt"}
+    (folder / "import" / "notes.txt").unlink()
+    (folder / "import").rmdir()
+    osm2xodr.start("carla", SCENE.osm, folder, SCENE.dem)
+    start(folder)
+    assert not (folder / "import").exists()
+
+
+def test_links_to_elsewhere_are_not_followed(tmp_path: Path) -> None:
+    folder, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    osm2xodr.start("carla", SCENE.osm, folder, SCENE.dem)
+    (folder / "import").rename(elsewhere)
+    (folder / "import").symlink_to(elsewhere)
+    before = {path: path.read_bytes() for path in elsewhere.iterdir()}
+    with pytest.raises(OutputError, match="is not of what was written there before"):
+        osm2xodr.start("carla", SCENE.osm, folder, SCENE.dem, name="other")
+    # Another simulator has nothing to write there, and removes nothing there.
+    start(folder)
+    assert {path: path.read_bytes() for path in elsewhere.iterdir()} == before
+
+
+def test_indices_of_others_name_nothing_outside(tmp_path: Path) -> None:
+    folder = tmp_path / "here"
+    folder.mkdir()
+    (tmp_path / "diary.txt").write_text("dear diary", encoding="utf-8")
+    for name in ("../diary.txt", "a/../../diary.txt", str(tmp_path / "diary.txt"), "a//b", "a\\b"):
+        (folder / "start.json").write_text(json.dumps({"files": [name]}), encoding="utf-8")
+        with pytest.raises(OutputError, match="does not list the files that belong to it"):
+            start(folder)
+    assert (tmp_path / "diary.txt").read_text(encoding="utf-8") == "dear diary"
+
+
 def test_the_readme_says_what_is_printed_and_whose_the_data_are(tmp_path: Path) -> None:
     started = start(tmp_path / "my map", name="Où, là?")
     text = (started.folder / "README.md").read_text(encoding="utf-8")

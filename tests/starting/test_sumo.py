@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from lxml import etree
+from osm_builder import Area
 from real_readers import run_sumo
 from scene_files import SAMPLES, scene_named
 
@@ -111,6 +112,16 @@ def test_entrances_and_exits_are_where_nobody_comes_from_or_goes_on_to(tmp_path:
     assert network.id == tuple(edges)
     assert [name for name, so in zip(network.id, network.entrances, strict=True) if so] == ["-1", "2"]
     assert [name for name, so in zip(network.id, network.exits, strict=True) if so] == ["-2", "1", "-3"]
+
+
+def test_the_smallest_of_areas_has_traffic(tmp_path: Path) -> None:
+    """A one-way street, from whose only edge none leads on."""
+    tags = "highway=residential oneway=yes"
+    osm = Area({1: (0.0, 0.0), 2: (80.0, 0.0)}, {10: ([1, 2], tags)}).write(tmp_path)
+    started = osm2xodr.start("sumo", osm, tmp_path / "sumo")
+    figures = drive(started)
+    assert figures["vehicles inserted"] == "60"
+    assert figures["vehicles running"] == figures["teleports total"] == "0"
 
 
 def test_without_sumo_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,10 +63,8 @@ def make_trips(network: SumoNetwork, request: Request) -> list[Trip]:
     count = int(np.clip(leaving.sum() * _DEMAND_S / 3600.0, _LEAST_TRIPS, _MOST_TRIPS))
     k = np.arange(1, count + 1)
     origins = _drawn(leaving, (k / _PLASTIC) % 1.0)
-    pairs = _destinations(network, origins, arriving)
-    found = [(int(a), b) for a, b in zip(origins, pairs, strict=True) if b is not None]
-    step = _DEMAND_S / max(len(found), 1)
-    return [Trip(step * n, network.id[a], network.id[b]) for n, (a, b) in enumerate(found)]
+    pairs = zip(origins.tolist(), _destinations(network, origins, arriving), strict=True)
+    return [Trip(_DEMAND_S / count * n, network.id[a], network.id[b]) for n, (a, b) in enumerate(pairs)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +100,11 @@ def _drawn(weight: FloatArray, share: FloatArray) -> IntArray:
     return found
 
 
-def _destinations(network: SumoNetwork, origins: IntArray, weight: FloatArray) -> list[int | None]:
-    """Return where cars from each edge go; None where no place can be reached."""
+def _destinations(network: SumoNetwork, origins: IntArray, weight: FloatArray) -> list[int]:
+    """Return where cars from each edge go: to its end, where no other place can be reached."""
     count = len(network.id)
     metres = csr_matrix((network.length[network.end], (network.start, network.end)), shape=(count, count))
-    out: list[int | None] = [None] * len(origins)
+    out: list[int] = origins.tolist()
     places = sorted_unique(origins)
     for at in range(0, len(places), _BLOCK):
         block = places[at : at + _BLOCK]

@@ -57,7 +57,8 @@ def make(request: Request) -> Made:
     (request.folder / _SCENARIO).write_bytes(text + b"\n")
     lights = sum(len(signals) for _, signals in switched)
     others = len(cars) - 1
-    notes = [f"an ego and {others} other {'car' if others == 1 else 'cars'} for {_SECONDS:.0f} s"]
+    company = f" and {others} other {'car' if others == 1 else 'cars'}" if others else ", with room for no other car,"
+    notes = [f"an ego{company} for {_SECONDS:.0f} s"]
     if lights:
         notes.append(f"{lights:,} traffic lights change, and the cars mind them; those for people stay dark")
     return Made(
