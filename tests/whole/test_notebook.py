@@ -15,6 +15,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+# Left out with the oldest libraries, which do without what only draws.
+pytest.importorskip("matplotlib")
+
 ROOT = Path(__file__).parents[2]
 NOTEBOOK = ROOT / "docs" / "notebook.ipynb"
 NUMBER = r"\d[\d,]*\.?\d*"
