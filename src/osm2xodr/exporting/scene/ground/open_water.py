@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
+from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, MOST_FLOODED
@@ -159,7 +159,7 @@ def _parted(faces: Any, lines: Any) -> BoolArray | None:
     left, right, total = left[found], right[found], len(faces)
     # Each face is twice there, as water and as land: what is joined holds together.
     start, end = np.concatenate([left, left + total]), np.concatenate([right + total, right])
-    pairs = coo_array((np.ones(len(start)), (start, end)), shape=(2 * total, 2 * total))
+    pairs = coo_matrix((np.ones(len(start)), (start, end)), shape=(2 * total, 2 * total))
     count, group = connected_components(pairs, directed=False)
     if total < 2 or count != 2:
         return None
