@@ -207,3 +207,11 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
     one, other = (osm2xodr.start("esmini", scene.osm, tmp_path / name, scene.dem) for name in ("one", "other"))
     for path in one.files:
         assert path.read_bytes() == (other.folder / path.name).read_bytes()
+
+
+def test_networks_that_take_minutes_to_load_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("osm2xodr.starting.esmini._MANY_ROADS", 100)
+    scene = scene_named("fremantle_placement")
+    started = osm2xodr.start("esmini", scene.osm, tmp_path / "esmini", scene.dem)
+    roads = etree.parse(str(started.folder / "map.xodr")).getroot().findall("road")
+    assert started.notes[-1].startswith(f"esmini takes minutes to load {len(roads)} roads; convert less")

@@ -21,6 +21,8 @@ from osm2xodr.starting.routes import Car, choose_cars
 _SCENARIO: Final = "start.xosc"
 _EGO: Final = "Ego"
 _CARS: Final = 6
+# With more roads than these esmini 3.6 takes a minute and more to load them: 45 s with 2,900, 9 minutes with 10,000.
+_MANY_ROADS: Final = 3_000
 # How long the scenario takes, s: a cycle of traffic lights.
 _SECONDS: Final = 90.0
 # What esmini is told for each letter of a programme: lamps from the top, red, yellow, green.
@@ -61,6 +63,8 @@ def make(request: Request) -> Made:
     notes = [f"an ego{company} for {_SECONDS:.0f} s"]
     if lights:
         notes.append(f"{lights:,} traffic lights change, and the cars mind them; those for people stay dark")
+    if (roads := len(network.file.roads.id)) > _MANY_ROADS:
+        notes.append(f"esmini takes minutes to load {roads:,} roads; convert less with --bbox or --ways major")
     return Made(
         "Install [esmini](https://github.com/esmini/esmini/releases), 3.6 or later.",
         f"esmini --window 60 60 1280 720 --osc {FOLDER}/{_SCENARIO}",
