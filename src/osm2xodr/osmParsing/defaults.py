@@ -18,6 +18,11 @@ LANE_WIDTH_MAX: Final = 5.5
 # 17 have 2.8 to 4.4 m for each lane, parked cars included, the others 5 to 6 m on the ring of a square.
 LANES_SIDE_BY_SIDE: Final = 3
 LANE_WIDTH_SIDE_BY_SIDE_MAX: Final = 4.25
+# Widest lanes for cars that are built, m, of several, and alone one way; what is left between kerbs is for parking,
+# or a shoulder. RAL 2012 and RASt 06 have 3.50 (the usual width of the country's class may be more); beside the
+# parked cars of residential one-way streets in Berlin 4.0 to 4.4 m are left.
+LANE_WIDEST: Final = 3.5
+LANE_ALONE_WIDEST: Final = 4.25
 TAGGED_LANE_WIDTH_MIN: Final = 0.5
 TAGGED_LANE_WIDTH_MAX: Final = 10.0
 # Where OSM gives more widths than lanes for cars, lanes narrower than this are for bicycles, m (RASt 06: lanes for
@@ -103,3 +108,9 @@ TOWN_SPEED_MAX_KMH: Final = 60.0
 SERVICE_SPEED_KMH: Final = 20.0
 # Highest limit that is guessed for ramps, km/h: RAA 2008, design speeds of ramps 30 to 80.
 LINK_SPEED_KMH: Final = 80.0
+# Classes of streets along which cars are taken to park in towns where no tag tells, and what they need at least, m:
+# RASt 06, 1.80 to 2.00 along the kerb.
+PARKED_ALONG: Final = frozenset(
+    {"primary", "secondary", "tertiary", "unclassified", "residential", "living_street", "road"}
+)
+PARKING_WIDTH_LEAST: Final = 1.8

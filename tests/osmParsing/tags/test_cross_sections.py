@@ -18,7 +18,13 @@ from osm_builder import tags_of
 from osm2xodr.conventions.defaults import LANE_WIDTH, ONE_LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
-from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.osmParsing.defaults import (
+    LANE_WIDEST,
+    LANE_WIDTH_BICYCLE,
+    LANE_WIDTH_MAX,
+    LANE_WIDTH_MIN,
+    MARGIN_WIDTH_MIN,
+)
 from osm2xodr.osmParsing.tags.cross_sections import Kerbs, StreetFacts, cross_section
 
 LEFT = Rule.LEFT_HAND
@@ -124,13 +130,14 @@ def test_one_way_roads_without_lanes(highway: str, lanes: str) -> None:
         ("lanes=3 turn:lanes:forward=left|right width=9", []),
         ("lanes:forward=2 width=9", [(Kind.GUESSED, "lane-count")]),
         ("lanes=4 lanes:forward=2 lanes:backward=1 width=9", [(Kind.REPAIRED, "lane-count")]),
-        ("lanes=2;3 width=9", [(Kind.GUESSED, "lane-count")]),
+        ("lanes=2;3 width=7", [(Kind.GUESSED, "lane-count")]),
         ("lanes=many width=6", [(Kind.DROPPED, "lane-count"), (Kind.GUESSED, "lane-count")]),
         ("oneway=yes lanes=2 turn:lanes=left|through|right width=9", [(Kind.REPAIRED, "lane-count")]),
         ("oneway=yes lanes=3 turn:lanes=left|right width=9", [(Kind.DROPPED, "lane-lists")]),
         ("oneway=yes lanes=3 lanes:backward=1 width=6", [(Kind.DROPPED, "contraflow")]),
         ("lanes=2 width=3", [(Kind.REPAIRED, "lane-width")]),
-        ("lanes=2 width=20", [(Kind.REPAIRED, "lane-width")]),
+        ("lanes=2 width=9", [(Kind.GUESSED, "margin-width")]),
+        ("lanes=2 width=20", [(Kind.GUESSED, "margin-width"), (Kind.REPAIRED, "lane-width")]),
         ("lanes=2 width=0.5", [(Kind.DROPPED, "width"), (Kind.GUESSED, "lane-width")]),
         ("lanes=2 width=wide est_width=6", [(Kind.DROPPED, "width")]),
         ("oneway=yes lanes=2 width=6 placement=left_of:7", [(Kind.DROPPED, "placement")]),
@@ -154,7 +161,7 @@ def test_what_is_said(tags: str, expected: list[tuple[Kind, str]]) -> None:
         ("lanes=2 width=9 width:carriageway=6", [3.0, 3.0]),
         ("oneway=yes lanes=1 width=4.5", [4.5]),
         ("lanes=2 width=3", [LANE_WIDTH_MIN] * 2),
-        ("lanes=2 width=15", [LANE_WIDTH_MAX] * 2),
+        ("lanes=2 width=15", [LANE_WIDEST + MARGIN_WIDTH_MIN] * 2),
         # One lane's width for both directions.
         ("lanes=1", [ONE_LANE_WIDTH["secondary"] / 2] * 2),
         ("lanes=1 width=5", [2.5, 2.5]),
@@ -175,6 +182,30 @@ def test_what_is_said(tags: str, expected: list[tuple[Kind, str]]) -> None:
 )
 def test_widths(tags: str, widths: list[float]) -> None:
     assert [lane.width for lane in section_of(tags).lanes_ltr] == pytest.approx(widths)
+
+
+@pytest.mark.parametrize(
+    ("tags", "in_town", "lanes", "beside"),
+    [
+        ("lanes=2 width=7.4", True, [3.7, 3.7], []),
+        ("lanes=2 width=9", True, [3.5, 3.5], [(LaneType.SHOULDER, 1.0)]),
+        ("lanes=2 width=11", True, [3.5, 3.5], [(LaneType.PARKING, 2.0)]),
+        ("lanes=2 width=11", False, [3.5, 3.5], [(LaneType.SHOULDER, 2.0)]),
+        ("lanes=2 width=11 parking:both=no", True, [3.5, 3.5], [(LaneType.SHOULDER, 2.0)]),
+        ("lanes=2 width=11 parking:both=lane", True, [3.5, 3.5], [(LaneType.PARKING, 2.0)]),
+        ("lanes=2 width=12 parking:both=lane", True, [3.5, 3.5], [(LaneType.PARKING, 2.5)]),
+        ("oneway=yes lanes=1 width=8.35", True, [4.75], [(LaneType.PARKING, 1.8)]),
+    ],
+)
+def test_lanes_are_no_wider_than_built(
+    tags: str, in_town: bool, lanes: list[float], beside: list[tuple[LaneType, float]]
+) -> None:
+    direction = 1 if "oneway" in tags else 0
+    section = cross_section({"highway": "secondary", **tags_of(tags)}, direction, RIGHT, in_town=in_town)
+    assert [lane.width for lane in section.lanes_ltr] == pytest.approx(lanes)
+    assert [(strip.type, strip.width) for strip in section.margin_left] == beside
+    assert section.margin_left == section.margin_right
+    assert section.middle_offset == 0.0
 
 
 def test_default_lane_width() -> None:
@@ -342,8 +373,8 @@ ANGLED = "parking:{0}=lane parking:{0}:orientation=perpendicular"
     [
         # A width that somebody measured from kerb to kerb is as good, others may leave parked cars out.
         (4.0, -4.0, "width:carriageway=7", [3.5, 3.5], 0.0),
-        (4.0, -4.0, "width=6", [4.0, 4.0], 0.0),
-        (4.0, -4.0, "est_width=6", [4.0, 4.0], 0.0),
+        (4.0, -4.0, "width=6", [3.5, 3.5], 0.0),
+        (4.0, -4.0, "est_width=6", [3.5, 3.5], 0.0),
         # Lanes with widths of their own stay, wherever they lie between the kerbs.
         (5.0, -4.0, "lanes=2 width:lanes:forward=3 width:lanes:backward=3", [3.0, 3.0], 0.0),
         (3.5, -2.5, "lanes=2 width:lanes:forward=3 width:lanes:backward=3", [3.0, 3.0], 0.5),
@@ -360,17 +391,17 @@ ANGLED = "parking:{0}=lane parking:{0}:orientation=perpendicular"
         (None, -2.4, "", [2.7, 2.7], 0.3),
         (None, -2.6, "width=7", [3.5, 3.5], 0.9),
         # More than 1 m farther out than by tags: the other edge is as far away; with a width something is wrong.
-        (4.2, None, "", [4.2, 4.2], 0.0),
+        (4.2, None, "", [3.5, 3.5], 0.0),
         (None, -5.0, "width=7", [3.5, 3.5], 0.0),
         # More than 3 m, or on the wrong side of the line: something lies between.
         (6.2, None, "", [3.0, 3.0], 0.0),
         (None, 1.5, "", [3.0, 3.0], 0.0),
-        # 15 m are 2 lanes of 5.5 m and parked cars, 16 m are something else.
-        (7.5, -7.5, "", [5.5, 5.5], 0.0),
+        # 15 m are 2 lanes and what lies beside them, 16 m are something else.
+        (7.5, -7.5, "", [3.8, 3.8], 0.0),
         (8.0, -8.0, "", [3.0, 3.0], 0.0),
-        (8.0, -8.0, "lanes=4", [4.0, 4.0, 4.0, 4.0], 0.0),
+        (8.0, -8.0, "lanes=4", [3.5, 3.5, 3.5, 3.5], 0.0),
         # 21 m are 4 lanes of 4.25 m and parked cars, 22 m are something else: lanes abreast are narrower than two.
-        (10.5, -10.5, "lanes=4", [5.25, 5.25, 5.25, 5.25], 0.0),
+        (10.5, -10.5, "lanes=4", [3.65, 3.65, 3.65, 3.65], 0.0),
         (11.0, -11.0, "lanes=4", [3.0, 3.0, 3.0, 3.0], 0.0),
     ],
 )
@@ -381,7 +412,7 @@ def test_kerbs(left: float | None, right: float | None, tags: str, widths: list[
 def test_the_same_street_tells_the_width_where_nothing_else_does() -> None:
     assert kerbs(None, None, "", street_width=7.0) == ([3.5, 3.5], 0.0)
     assert kerbs(None, None, "width=6", street_width=7.0) == ([3.0, 3.0], 0.0)
-    assert kerbs(4.0, -4.0, "", street_width=7.0) == ([4.0, 4.0], 0.0)
+    assert kerbs(4.0, -4.0, "", street_width=7.0) == ([3.5, 3.5], 0.0)
     # Not if it is no width of so few lanes.
     assert kerbs(None, None, "", street_width=30.0) == ([3.0, 3.0], 0.0)
 

@@ -72,7 +72,7 @@ def test_the_law_is_asked_last(tags: str, forward: float, backward: float | None
 
 def test_no_limit_is_said_in_words() -> None:
     diagnostics = Diagnostics()
-    ways = [RawWay(k, [1, 2], tags_of("highway=motorway lanes=2 width=8 oneway=yes")) for k in (1, 2)]
+    ways = [RawWay(k, [1, 2], tags_of("highway=motorway lanes=2 width=7.3 oneway=yes")) for k in (1, 2)]
     attributes, _ = way_attributes(ways[:1], Rule.RIGHT_HAND, None, diagnostics, find_country("DE"))
     assert attributes[0].speed_forward == math.inf
     way_attributes(ways[1:], Rule.LEFT_HAND, None, diagnostics, find_country("GB"))
@@ -117,7 +117,7 @@ def test_a_street_is_in_a_built_up_area_as_a_whole(
         ("GB", None, "highway=trunk lanes=2", [3.65, 3.65]),
         ("", None, "highway=secondary lanes=2", [3.25, 3.25]),
         ("US", 3.0, "highway=secondary lanes=2", [3.0, 3.0]),
-        ("US", None, "highway=secondary lanes=2 width=8", [4.0, 4.0]),
+        ("US", None, "highway=secondary lanes=2 width=7", [3.5, 3.5]),
     ],
 )
 def test_lanes_are_as_wide_as_the_country_has_them(

@@ -406,7 +406,7 @@ def test_lanes_that_parking_leaves_no_room_for_are_reported() -> None:
     assert (
         Kind.REPAIRED,
         "lane-width",
-        "5 m of width less 2 m of parking would make lanes of 1.50 m, 2 m taken",
+        "5 m of width less 2 m beside its lanes would make lanes of 1.50 m, 2 m taken",
     ) in (section.findings)
 
 

@@ -161,7 +161,7 @@ def test_attributes_turn_with_the_street(tmp_path: Path) -> None:
         ("incline=steep", "incline", Kind.DROPPED),
         ("oneway=alternating", "oneway", Kind.GUESSED),
         ("oneway=perhaps", "oneway", Kind.DROPPED),
-        ("motor_vehicle:backward=no", "oneway", Kind.NOTE),
+        ("motor_vehicle:backward=no width=4", "oneway", Kind.NOTE),
     ],
 )
 def test_what_tags_leave_open_is_said(tmp_path: Path, tags: str, code: str, kind: Kind) -> None:

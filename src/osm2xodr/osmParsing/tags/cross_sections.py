@@ -17,6 +17,8 @@ from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.model import EVERY_LANE, Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import (
     CARRIAGEWAY_WIDTHS,
+    LANE_ALONE_WIDEST,
+    LANE_WIDEST,
     LANE_WIDTH_BICYCLE,
     LANE_WIDTH_BUS,
     LANE_WIDTH_MAX,
@@ -24,13 +26,17 @@ from osm2xodr.osmParsing.defaults import (
     LANE_WIDTH_SIDE_BY_SIDE_MAX,
     LANES_BESIDE_PARKING,
     LANES_SIDE_BY_SIDE,
+    MARGIN_WIDTH_MIN,
+    PARKED_ALONG,
     PARKING_WIDTH,
+    SHOULDER_WIDTH,
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups, with_lanes_of_sums
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
-from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, with_free_room
+from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, with_free_room, with_rest
+from osm2xodr.osmParsing.tags.parking import PARKING_TAGS
 from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
@@ -42,6 +48,7 @@ LANE_TAGS: Final = (
 )
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
+_PARKING: Final = frozenset(PARKING_TAGS)
 # A tagged width agrees with the distance of kerbs if they differ by no more than this, m: tags are whole metres.
 _WIDTHS_AGREE: Final = 0.5
 # Least distance of the middle of lanes from OSM's line that kerbs tell, m. A choice: lines are drawn no better, and
@@ -166,7 +173,14 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
     chosen = way.default_lane_width is not None
-    widths = _widths(slots, usual, chosen, carriageway, parking_left + parking_right, findings)
+    alone = len((*groups.forward, *groups.both_ways, *groups.backward)) == 1
+    widest = max(usual, LANE_ALONE_WIDEST if alone else LANE_WIDEST)
+    if carriageway is not None:
+        parks = way.in_town and tags["highway"] in PARKED_ALONG and _PARKING.isdisjoint(tags)
+        rest = _beside_lanes(slots, widest, carriageway - parking_left - parking_right, parks)
+        margins = with_rest(margins, rest, parks, findings)
+        parking_left, parking_right = parking_left + rest, parking_right + rest
+    widths = _widths(slots, usual, widest, chosen, carriageway, parking_left + parking_right, findings)
     whole = Access.HOV if tags.get("hov") in KEPT_FOR_HOV else Access.ALL
     lanes_ltr = tuple(
         LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole), slot.speed)
@@ -299,11 +313,18 @@ def _carriageway(
 
 
 def _widths(
-    slots: Sequence[Slot], usual: float, chosen: bool, carriageway: float | None, parked: float, findings: Findings
+    slots: Sequence[Slot],
+    usual: float,
+    widest: float,
+    chosen: bool,
+    carriageway: float | None,
+    parked: float,
+    findings: Findings,
 ) -> list[float]:
     """Return the width of each lane, m: tagged, else its share of the carriageway, else the usual one.
 
-    The usual width is the user's if `chosen`, else a guess; of the carriageway `parked` is used for parking, m.
+    The usual width is the user's if `chosen`, else a guess. Of the carriageway `parked` is used for parking or lies
+    beside the lanes, m; lanes that get a share are about the `widest` that are built at most.
     """
     widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
     open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
@@ -315,14 +336,22 @@ def _widths(
         return widths
     taken = sum(widths) - sum(widths[place] for place in open_lanes)
     share = (carriageway - parked - taken) / len(open_lanes)
-    width = min(max(share, LANE_WIDTH_MIN), LANE_WIDTH_MAX)
+    # What is too little for a strip beside them makes lanes wider.
+    width = min(max(share, LANE_WIDTH_MIN), widest + 2.0 * MARGIN_WIDTH_MIN / len(open_lanes))
     if abs(width - share) > 1e-9:
-        less = f" less {parked:g} m of parking" if parked else ""
+        less = f" less {parked:g} m beside its lanes" if parked else ""
         words = f"{carriageway:g} m of width{less} would make lanes of {share:.2f} m, {width:g} m taken"
         findings.append((Kind.REPAIRED, "lane-width", words))
     for place in open_lanes:
         widths[place] = width
     return widths
+
+
+def _beside_lanes(slots: Sequence[Slot], widest: float, room: float, parks: bool) -> float:
+    """Return how much of the room between kerbs lanes leave on either side when they are as wide as any, m."""
+    lanes = (slot.width or (widest if slot.type in MOTOR_LANES else LANE_WIDTH_BICYCLE) for slot in slots)
+    rest = min((room - sum(lanes)) / 2.0, PARKING_WIDTH["perpendicular"] if parks else SHOULDER_WIDTH["motorway"])
+    return round(rest, 3) if rest >= MARGIN_WIDTH_MIN else 0.0
 
 
 def _beside_width(kind: LaneType, usual: float) -> float:

@@ -14,7 +14,13 @@ from typing import Final
 from osm2xodr.defaults import KERB_HEIGHT, KERB_HEIGHT_MAX
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
-from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH, SHOULDER_WIDTH_OTHER, SIDEWALK_WIDTH, VERGE_WIDTH
+from osm2xodr.osmParsing.defaults import (
+    PARKING_WIDTH_LEAST,
+    SHOULDER_WIDTH,
+    SHOULDER_WIDTH_OTHER,
+    SIDEWALK_WIDTH,
+    VERGE_WIDTH,
+)
 from osm2xodr.osmParsing.tags.beside_lanes import CYCLE_TAGS, near_side
 from osm2xodr.osmParsing.tags.cycle_tracks import TRACK_TAGS, Track, read_track, report_unknown_cycleways
 from osm2xodr.osmParsing.tags.parking import (
@@ -134,6 +140,28 @@ def with_free_room(margins: Margins, room: tuple[float, float], findings: Findin
         margins.parking_left + left,
         margins.parking_right + right,
     )
+
+
+def with_rest(margins: Margins, rest: float, parks: bool, findings: Findings) -> Margins:
+    """Return margins with what lanes leave between the kerbs on either side, m.
+
+    It is for parking where cars park, or may park (`parks`) and fit, else a shoulder.
+    """
+    if not rest:
+        return margins
+    kind = LaneType.PARKING if parks and rest >= PARKING_WIDTH_LEAST else LaneType.SHOULDER
+    what = f"{'parking' if kind is LaneType.PARKING else 'shoulders'} of {rest:g} m assumed on both sides"
+    findings.append((Kind.GUESSED, "margin-width", f"the carriageway is wider than its lanes: {what}"))
+    left, right = (_with_first(MarginSpec(kind, rest), strips) for strips in (margins.left, margins.right))
+    return Margins(left, right, margins.parking_left + rest, margins.parking_right + rest)
+
+
+def _with_first(strip: MarginSpec, strips: tuple[MarginSpec, ...]) -> tuple[MarginSpec, ...]:
+    """Return the strips of a side with another one next to the lanes; parking there becomes wider instead."""
+    if strips and strips[0].type is LaneType.PARKING:
+        wider = replace(strips[0], width=round(strips[0].width + strip.width, 3))
+        return _shared((wider, *strips[1:]))
+    return _shared((strip, *strips))
 
 
 def tells_of_sidewalks(tags: Tags) -> bool:
