@@ -14,6 +14,7 @@ from lxml import etree
 from real_readers import need, run_reader
 from scene_files import scene_named
 
+import osm2xodr
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.space import RoadFinder, lane_borders, pose, record_lengths, surface_points
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive, Shape
@@ -101,3 +102,19 @@ def test_places_on_lanes_are_found_again(written: tuple[Path, OpenDrive]) -> Non
         np.column_stack([x, y])[places.point][places.inside],
         atol=0.05,
     )
+
+
+def test_nouns_of_what_others_write(written: tuple[Path, OpenDrive]) -> None:
+    path, file = written
+    network = osm2xodr.read(path)
+    assert len(network.roads) == len(file.roads.id)
+    for road in network.roads:
+        middle = road.length / 2.0
+        assert road.lanes(middle) != ()
+        assert np.isfinite([road.height(middle), *road.point(middle)]).all()
+    lanes = network.to_geodataframe()
+    assert lanes.crs is not None
+    assert lanes.speed_kmh.notna().any()
+    graph = network.to_networkx()
+    assert len(graph) > 100
+    assert graph.number_of_edges() > 100
