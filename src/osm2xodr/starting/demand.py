@@ -17,9 +17,8 @@ from osm2xodr.osmParsing import HIGHWAYS, class_of, open_osm_file, read_ways
 from osm2xodr.starting.request import Request
 from osm2xodr.starting.sumo_network import SumoNetwork
 
-# Vehicles per day, both ways, by class of road: the low ends of what is usual in towns for interstates, other
-# freeways, other principal arterials, minor arterials, collectors and local roads (FHWA, Highway Functional
-# Classification Concepts, Criteria and Procedures, 2013, tables 3-5 and 3-6).
+# Vehicles per day, both ways, by class of road. Choices, of the order of the low ends that FHWA's Highway Functional
+# Classification Concepts, Criteria and Procedures (2013, section 3) has for towns; its tables were not at hand.
 _VEHICLES_PER_DAY: Final[Mapping[str, float]] = MappingProxyType(
     {"motorway": 35_000.0, "trunk": 13_000.0, "primary": 7_000.0, "secondary": 3_000.0, "tertiary": 1_100.0}
 )
