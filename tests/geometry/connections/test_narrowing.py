@@ -37,7 +37,7 @@ def test_a_wide_lane_narrows_before_a_junction_to_narrow_ones(rule: Rule) -> Non
     case = Case(
         {"a": (-80.0, 0.0), "b": (0.0, 0.0), "c": (80.0, 0.0), "d": (0.0, 60.0)},
         {
-            1: ("a b", "highway=tertiary oneway=yes lanes=1 width=5.5"),
+            1: ("a b", "highway=tertiary oneway=yes lanes=1 width:lanes=5.5"),
             2: ("b c", "highway=tertiary oneway=yes lanes=2 width=5"),
             3: ("b d", "highway=service oneway=yes"),
         },

@@ -249,7 +249,8 @@ def test_the_order_of_nodes_does_not_matter() -> None:
 def test_a_dead_end_of_which_too_little_is_left_is_no_road(length: float, kept: bool) -> None:
     """A street of 12 m width takes more than 6 m of the one beside it; of the last 3 m corners take 2."""
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -length)}
-    stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
+    wide = "lanes=2 width:lanes:forward=6 width:lanes:backward=6"
+    stages = Case(nodes, {1: ("w o", wide), 2: ("o e", wide), 3: ("o s", "")}).stages()
     end = stages.end(3, 1)
     assert stages.layout.inner[end // 2] != kept
     if kept:

@@ -77,7 +77,11 @@ def test_stubs_of_the_street_itself_are_arms() -> None:
 @pytest.mark.parametrize(("y", "cut"), [(26.0, True), (16.0, False)])
 def test_what_the_junction_at_its_other_end_takes_is_left_to_it(y: float, cut: bool) -> None:
     nodes = {"a": (-100.0, 0.0), "b": (100.0, 0.0), "e": (-100.0, y), "c": (0.0, y), "f": (100.0, y), "d": (0.0, 1.0)}
-    ways = {1: ("a b", STREET), 2: ("c d", "highway=service width=4"), 3: ("e c f", "highway=primary width=16")}
+    ways = {
+        1: ("a b", STREET),
+        2: ("c d", "highway=service width=4"),
+        3: ("e c f", "highway=primary lanes=2 width:lanes:forward=8 width:lanes:backward=8"),
+    }
     stages = Case(nodes, ways).stages()
     before = stages.layout
     after = laid_out(stages, Diagnostics())

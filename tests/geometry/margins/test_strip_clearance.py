@@ -35,7 +35,13 @@ def test_strips_end_beside_a_carriageway_that_runs_along() -> None:
 def test_strips_become_narrower_where_half_of_them_has_room() -> None:
     """1.3 m are left between the carriageways, with the gap that stays between them."""
     nodes = {"w": (0.0, 0.0), "e": (400.0, 0.0), "a": (0.0, -8.0), "b": (400.0, -8.0)}
-    case = Case(nodes, {1: ("w e", "lanes=2 width=8"), 2: ("a b", "highway=service lanes=1 width=5")})
+    case = Case(
+        nodes,
+        {
+            1: ("w e", "lanes=2 width:lanes:forward=4 width:lanes:backward=4"),
+            2: ("a b", "highway=service lanes=1 width=5"),
+        },
+    )
     (section,) = sections_of(built(case, {1: BOTH}))
     assert width_at(by_id(section)[-2].widths, 100.0) == pytest.approx(1.3, abs=0.011)
     assert width_at(by_id(section)[2].widths, 100.0) == 2.0
