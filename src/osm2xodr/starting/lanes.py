@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from osm2xodr.checking import driving_of
 from osm2xodr.curves import wrapped
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive import OpenDrive, lane_borders, pose, surface_points
+from osm2xodr.opendrive import OpenDrive, lane_borders, pose, speed_limits, surface_points
 
 # Distance of places along lanes, m: a car is longer.
 STEP: Final = 1.0
@@ -74,15 +74,14 @@ class LaneNetwork:
         hdg = np.asarray(pose(self.file, road, s)[2]) + (np.pi if node % 2 else 0.0)
         return places, wrapped(hdg)
 
+    @cached_property
+    def _limits(self) -> FloatArray:
+        return speed_limits(self.file)
+
     def limit(self, node: int) -> float:
-        """Return the speed limit of a node, that of its lane or else of its road, m/s; NaN where there is none."""
-        own = float(self.file.lanes.speed[node // 2])
-        if np.isfinite(own):
-            return own
-        types, road = self.file.types, int(self.road[node])
-        rows = slice(int(types.start[road]), int(types.start[road + 1]))
-        known = types.speed[rows][(types.s[rows] <= self.section(node)[0]) & np.isfinite(types.speed[rows])]
-        return float(known[-1]) if len(known) else float("nan")
+        """Return the speed limit of a node, m/s; NaN where there is none."""
+        found = float(self._limits[node // 2])
+        return found if np.isfinite(found) else float("nan")
 
 
 def lane_network(file: OpenDrive) -> LaneNetwork:

@@ -19,7 +19,7 @@ from osm2xodr.curves import (
     pose,
     sine,
     slope_of,
-    sorted_unique,
+    unique_inverse,
     wrapped,
 )
 from osm2xodr.furniture.world import World
@@ -214,8 +214,9 @@ class JunctionPaths:
         cos, sin = cosine(found.hdg), sine(found.hdg)
         t = dy * cos - dx * sin
         point, row = np.nonzero((np.abs(dx * cos + dy * sin) <= _OF_SAMPLE) & (np.abs(t) <= _WIDEST))
-        edges = {k: self._edges(int(found.curve[k]), float(found.s[k])) for k in sorted_unique(row).tolist()}
-        left, right = np.array([edges[k] for k in row.tolist()]).reshape(-1, 2).T
+        used, place = unique_inverse(row)
+        edges = [self._edges(int(found.curve[k]), float(found.s[k])) for k in used.tolist()]
+        left, right = np.array(edges).reshape(-1, 2)[place].T
         paved = np.zeros(len(along), np.bool_)
         paved[point[(t[point, row] <= left + _SEAM) & (t[point, row] >= right - _SEAM)]] = True
         before, after = (

@@ -173,8 +173,7 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
     chosen = way.default_lane_width is not None
-    alone = len((*groups.forward, *groups.both_ways, *groups.backward)) == 1
-    widest = max(usual, LANE_ALONE_WIDEST if alone else LANE_WIDEST)
+    widest = max(usual, LANE_ALONE_WIDEST if len(slots) == 1 else LANE_WIDEST)
     if carriageway is not None:
         parks = way.in_town and tags["highway"] in PARKED_ALONG and _PARKING.isdisjoint(tags)
         rest = _beside_lanes(slots, widest, carriageway - parking_left - parking_right, parks)
