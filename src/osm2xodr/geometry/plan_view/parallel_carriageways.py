@@ -1,4 +1,4 @@
-"""Streets that run side by side move apart, and their lanes become narrow enough, for both carriageways to fit.
+"""Lanes of streets that run side by side become narrow enough, and their lines move apart, for both to fit.
 
 First it is found where there is too little room, and what each of them should give.
 """
@@ -72,8 +72,8 @@ def separate_parallel_streets(
 ) -> FittedStreets:
     """Move streets aside, and narrow their lanes, where their carriageways would overlap those of a parallel street.
 
-    OSM gives the middle of carriageways, seldom their width, and neither is exact. What they lack is shared by how
-    uncertain both are (least squares). Then lanes become as narrow as is needed still.
+    OSM gives the middle of carriageways, seldom their width, and neither is exact. Lanes become as narrow as any that
+    are built; for what is lacking still lines move a little, then lanes become narrower, then lines move on.
     """
     abreast = places_abreast(network, fitted)
     tight = tight_places(abreast, fitted)
@@ -129,8 +129,8 @@ def _stretches(s: FloatArray, begin: float, end: float) -> list[tuple[float, Int
 def _moved(diagnostics: Diagnostics, attributes: StreetAttributes, tight: TightPlaces) -> StreetAttributes:
     """Return a part of a street that moves away from others beside it."""
     aside = round(float(max(tight.aside.max(), 0.0) + min(tight.aside.min(), 0.0)), 2)
-    if not aside:
-        # Streets on both sides want as much.
+    if abs(aside) <= _LEAST_ASIDE:
+        # Streets on both sides want about as much.
         return attributes
     text = f"it lies {abs(aside):.2f} m farther from a parallel road than OSM's lines, which leave no room for both"
     diagnostics.repaired("moved-aside", f"way/{attributes.osm_way_id}", text)
@@ -249,9 +249,12 @@ def tight_places(abreast: PlacesAbreast, fitted: FittedStreets) -> TightPlaces:
     more, less = sides.of_place[one], sides.of_place[two]
     line = sides.of_line[one] + np.where(more >= less, more, 0.0)
     other_line = sides.of_line[two] + np.where(less >= more, less, 0.0)
-    both = sides.of_width[one] + sides.of_width[two]
-    aside = -np.sign(abreast.left[chosen]) * lack * line / (line + other_line + both)
+    usual = sides.room[one] + sides.room[two]
     most = (1.0 - defaults.NARROWEST_SHARE) * sides.half
+    lines = np.minimum(np.maximum(lack - usual, 0.0), line + other_line)
+    lines += np.maximum(lack - lines - np.maximum(most[one] + most[two], usual), 0.0)
+    aside = -np.sign(abreast.left[chosen]) * lines * line / np.maximum(line + other_line, _ROUNDING)
+    both = sides.of_width[one] + sides.of_width[two]
     lack = np.maximum(overlap + PARALLEL_GAP, 0.0)
     narrower = np.minimum(np.maximum(lack * sides.of_width[one] / both, lack - most[two]), most[one])
     share = np.floor(100.0 * (1.0 - narrower / sides.half[one]) + _ROUNDING) / 100.0
@@ -269,10 +272,11 @@ class _Sides:
     edges: FloatArray  # (pieces, 2) Distance of its left and right edge from OSM's line, m
     half: FloatArray  # (pieces,) Half of its width, m
     motorway: BoolArray  # (pieces,)
-    # (pieces,) Variances, m2: of OSM's line, of its place among the lanes, and of half of the width
+    # (pieces,) How far OSM's line may lie off the middle of the lanes, and off that of those that lead on, m
     of_line: FloatArray
     of_place: FloatArray
-    of_width: FloatArray
+    room: FloatArray  # (pieces,) What lanes as narrow as any of their class leave of half of the width, m
+    of_width: FloatArray  # (pieces,) Variance of half of the width, m2
 
     def at(self, street: IntArray, s: FloatArray) -> IntArray:
         """Return the pieces at s of streets, (n,)."""
@@ -287,21 +291,23 @@ def _sides(fitted: FittedStreets) -> _Sides:
     layer = np.array([attributes.layer for _, attributes, _ in every], np.int64)
     edges = np.array([(section.left_edge, -section.right_edge) for _, _, section in every]).reshape(-1, 2)
     motorway = np.array([attributes.highway == "motorway" for _, attributes, _ in every], bool)
-    variances = np.array([_variances(attributes) for _, attributes, _ in every]).reshape(-1, 3)
-    return _Sides(first, begin, layer, edges, edges.mean(axis=1), motorway, *variances.T)
+    give = np.array([_give(attributes) for _, attributes, _ in every]).reshape(-1, 4)
+    return _Sides(first, begin, layer, edges, edges.mean(axis=1), motorway, *give.T)
 
 
-def _variances(attributes: StreetAttributes) -> tuple[float, float, float]:
-    """Return the variances of OSM's line, of its place among the lanes, and of half of the width, m2.
+def _give(attributes: StreetAttributes) -> tuple[float, float, float, float]:
+    """Return what a street may give to others beside it: see `_Sides`, its last four fields.
 
-    The line of a one-way street with more than two lanes may lie in the middle of those that lead on.
+    The line of a fast one-way road with more than two lanes may lie in the middle of those that lead on.
     """
     lanes = attributes.lanes_ltr
+    fast = attributes.highway in FAST_HIGHWAYS
+    line = 0.0 if attributes.roundabout else defaults.LINE_ASIDE
+    place = 0.5 * sum(lane.width for lane in lanes[2:]) if fast and len(attributes.car_directions()) == 1 else 0.0
+    narrow = (defaults.NARROW_LANE_BUILT / lane.width for lane in lanes if lane.type in VEHICLE_LANES)
+    share = 1.0 if attributes.highway == "motorway" else min(max(narrow, default=1.0), 1.0)
     width = defaults.ONE_LANE_ERROR if len(lanes) == 1 else len(lanes) * defaults.LANE_ERROR
-    line = 0.0 if attributes.roundabout else defaults.LINE_ERROR
-    one_way = len(attributes.car_directions()) == 1
-    place = 0.25 * sum(lane.width for lane in lanes[2:]) if one_way else 0.0
-    return line**2, place**2, (0.5 * width) ** 2
+    return line, place, 0.5 * (1.0 - share) * sum(lane.width for lane in lanes), (0.5 * width) ** 2
 
 
 def _nearest_places(plan: PlanView, length: FloatArray, a: _Places, b: _Places) -> tuple[_Places, _Places]:
