@@ -120,7 +120,9 @@ def test_only_faces_are_imported() -> None:
     for name in modules():
         for item in own_imports(name):
             folder, _, rest = parted(name, item)
-            if rest and item != f"{folder}.{rest}".removeprefix("."):
+            # Compiled loops call each other in C, past faces.
+            in_c = all(path_of(one).with_suffix(".pxd").exists() for one in (name, item))
+            if rest and item != f"{folder}.{rest}".removeprefix(".") and not in_c:
                 wrong.append(f"{name} imports {item}")
     assert wrong == []
 

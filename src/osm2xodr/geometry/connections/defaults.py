@@ -39,3 +39,10 @@ LEAST_REDRAWN_RADIUS: Final = 5.1
 # A bicycle lane that joins a lane for cars widens to it by this many metres per metre at most. A choice: paint ends
 # there, and cyclists leave the edge of the lane.
 STEEPEST_JOIN: Final = 1.0
+
+# Ways that turn back: pavement is known by squares of this size, m.
+PAVEMENT_CELL: Final = 0.5
+# They need tarmac of their own if it is more than this, m². A choice: the corner of a lane.
+OWN_TARMAC: Final = 10.0
+# Those there and back do not meet in this share of their lengths at both ends.
+NEAR_ENDS: Final = 0.06

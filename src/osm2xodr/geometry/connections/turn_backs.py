@@ -8,8 +8,6 @@ wins. What a way costs also counts its length, how sharp it is, and whether it m
 
 from __future__ import annotations
 
-import itertools
-import math
 from dataclasses import replace
 from typing import Final
 
@@ -32,14 +30,23 @@ from osm2xodr.curves import (
     replace_curves,
     smallest_radius,
     sorted_unique,
-    stack_plan_views,
     starts,
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.defaults import NEAR_ENDS, OWN_TARMAC, PAVEMENT_CELL
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.defaults import CAR_WIDTH, U_TURN_RADIUS, U_TURN_RADIUS_MAX
+from osm2xodr.geometry.connections.turn_back_ways import (
+    cheapest_way,
+    cost_of_ground,
+    cost_of_meeting,
+    own_tarmac,
+    places_on_way,
+    rounded,
+    squares_across,
+)
+from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Places that are tried: the middle of the turning circle lies ahead of both ends by up to this, m, at this spacing,
@@ -47,41 +54,24 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 _FARTHEST: Final = 18.0
 _SPACING: Final = 1.5
 _ACROSS: Final = 5
-# Ways are compared with the ground at so many places along them and across their lanes, and pavement is known by
-# squares of this size, m.
+# Ways are compared with the ground at so many places along them.
 _ALONG: Final = 24
-_OFFSETS: Final = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-_CELL: Final = 0.5
-# What ways cost, m² of tarmac: each m² of their own beyond `_OWN` once more so much; each metre of length, and beyond
-# that of a balloon; each rad that they swing out and back; each metre that oncoming cars lack; each metre that
-# the turn is sharper than `U_TURN_RADIUS`.
+# What ways cost, m² of tarmac, beside what `turn_back_ways` says: each metre of length, and beyond that of a balloon;
+# each rad that they swing out and back; each metre that the turn is sharper than `U_TURN_RADIUS`.
 # Choices: nobody drives 20 m farther to spare 2 m² of tarmac.
-_PER_OWN_BEYOND: Final = 2.0
 _PER_LENGTH: Final = 0.25
 _LONGEST: Final = 36.0
 _PER_LENGTH_BEYOND: Final = 4.0
 _PER_SWING: Final = 1.5
-_PER_MEETING: Final = 35.0
 _PER_SHARPNESS: Final = 24.0
 # Radii that are tried, m: of a car that others turn round, of most, and of one with care.
 _RADII: Final = (7.5, U_TURN_RADIUS_MAX, 5.0, U_TURN_RADIUS, 3.5, CONNECTING_RADIUS)
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
 _SHARE_OF_HALF: Final = 0.96
-# Ways there and back do not meet in this share of their lengths at both ends, and keep this more apart, m.
-_MEET: Final = 0.06
-_MARGIN: Final = 0.1
 _ROUNDS: Final = 3
-# So many ways are looked at together.
-_AT_ONCE: Final = 32
 # Ways back are balloons if they are longer than this, m, and turn forth and back by more than this, rad. Choices.
 _BALLOON: Final = 40.0
 _SWINGS: Final = 0.1
-# A way needs tarmac of its own if it is more than this, m². A choice: the corner of a lane.
-_OWN: Final = 10.0
-
-
-_Pose = tuple[float, float, float]
-"""x, y, m, and heading, rad."""
 
 
 def turn_back_rows(connecting: ConnectingRoads) -> IntArray:
@@ -102,30 +92,50 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
     rows = turn_back_rows(connecting)
     if not len(rows):
         return connecting
-    ground = _Ground(connecting, rows)
-    plan = connecting.plan_view
-    partner = np.full(len(connecting.length), -1)
-    for one, other in zip(*connecting.there_and_back(), strict=True):
+    ground, plan = _Ground(connecting, rows), connecting.plan_view
+    turns, number = chosen_curves(plan, rows), {row: k for k, row in enumerate(rows.tolist())}
+    partner = {}
+    for one, other in zip(*(side.tolist() for side in connecting.there_and_back()), strict=True):
         partner[one], partner[other] = other, one
     begin, end = curve_ends(plan, rows)
+    start = np.column_stack(begin)
     first, length, curvature = _pieces(begin, end)
-    ways = {}
-    for k, row in enumerate(rows.tolist()):
-        part = slice(int(first[k]), int(first[k + 1]))
-        now, start = (
-            chosen_curves(plan, rows[k : k + 1]),
-            (float(begin[0][k]), float(begin[1][k]), float(begin[2][k])),
-        )
-        ways[row] = _Ways(ground, row, now, start, length[part], curvature[part])
+    turn = length * curvature
+    sharpest = np.abs(np.where(length > 0.0, curvature, 0.0)).max(axis=1, initial=1e-9)
+    bounds = _cost(length.sum(axis=1), 1.0 / sharpest, np.abs(turn).sum(axis=1) - np.abs(turn.sum(axis=1)))
+    order = np.lexsort((np.round(bounds, 6), owners(first)))
+    length, curvature, bounds = length[order], curvature[order], bounds[order]
+    known, scratch = np.full(len(bounds), -1.0), np.empty((3, _ALONG))
+    # Those that are there already, and where they run, but near their ends.
+    own = ground.own_tarmac(turns, rows)
+    costs = _cost(lengths(turns), smallest_radius(turns), _swing(turns)) + np.array([cost_of_ground(v) for v in own])
+    drawn, now = _places(turns, 2 * _ALONG, NEAR_ENDS), _places(turns, _ALONG, NEAR_ENDS)
+    nothing = np.zeros((2, 0))
     # Two that turn round the same nose are chosen in turns, the inner one first.
-    drawn: dict[int, PlanView] = {}
+    chosen: dict[int, int] = {}
     for _ in range(_ROUNDS):
-        for row in rows[np.lexsort((rows, lanes_apart(begin, end)))].tolist():
-            beside = drawn.get(int(partner[row]))
-            if row not in drawn or beside is not None:
-                drawn[row] = ways[row].cheapest(beside)
-    new = stack_plan_views(*(drawn[row] for row in rows.tolist()))
-    plan = replace_curves(plan, rows, new, np.arange(len(rows)))
+        for k in np.lexsort((rows, lanes_apart(begin, end))).tolist():
+            other = number.get(partner.get(int(rows[k]), -1), -1)
+            if k in chosen and other not in chosen:
+                continue
+            beside = drawn[other, :2] if other in chosen else nothing
+            best = rounded(costs[k] + (cost_of_meeting(now[k], beside) if other in chosen else 0.0))
+            part = slice(int(first[k]), int(first[k + 1]))
+            some = length[part], curvature[part]
+            given = *some, bounds[part], known[part], *ground.of(int(rows[k])), beside, scratch
+            way = cheapest_way(best, start[k], *given)
+            if way >= 0:
+                places_on_way(start[k], *some, way, NEAR_ENDS, drawn[k])
+            elif chosen.get(k, -1) >= 0:
+                drawn[k] = _places(turns, 2 * _ALONG, NEAR_ENDS, np.array([k]))[0]
+            chosen[k] = way + part.start if way >= 0 else -1
+    ways = np.array([chosen[k] for k in range(len(rows))], np.int64)
+    moved = np.flatnonzero(ways >= 0)
+    # Lines that go on as lines become one record: checkers call two redundant.
+    x, y, hdg = (column[moved] for column in begin)
+    curves = curves_of(x, y, hdg, length[ways[moved]], curvature[ways[moved]])
+    new = chain_curves(curves, np.arange(len(curves.start)))
+    plan = replace_curves(plan, rows[moved], new, np.arange(len(moved)))
     return replace(connecting, plan_view=plan, length=lengths(plan))
 
 
@@ -148,9 +158,7 @@ def needs_own_tarmac(connecting: ConnectingRoads) -> BoolArray:
     out = np.zeros(len(connecting.length), bool)
     if len(rows):
         ground = _Ground(connecting, rows)
-        for row in rows.tolist():
-            own = ground.own_tarmac(row, chosen_curves(connecting.plan_view, np.array([row])))
-            out[row] = own[0] > _OWN
+        out[rows] = ground.own_tarmac(chosen_curves(connecting.plan_view, rows), rows) > OWN_TARMAC
     return out
 
 
@@ -163,113 +171,32 @@ class _Ground:
         there[back] = False
         rows = np.flatnonzero(there)
         length = lengths(connecting.plan_view, rows)
-        count = np.maximum((length / (0.9 * _CELL)).astype(np.int64), 1) + 1
+        count = np.maximum((length / (0.9 * PAVEMENT_CELL)).astype(np.int64), 1) + 1
         of = repeated(count)
         share = ranks(count) / (count - 1)[of]
-        x, y, hdg = pose(connecting.plan_view, rows[of], share * length[of])
+        places = np.stack(pose(connecting.plan_view, rows[of], share * length[of]))
         width = connecting.entry_width[rows][of] * (1 - share) + connecting.exit_width[rows][of] * share
-        steps = np.linspace(-0.5, 0.5, 1 + int(np.ceil(width.max(initial=1.0) / (0.9 * _CELL))))
-        t = width[:, None] * steps
-        self._cells = sorted_unique(
-            self._keys(
-                np.repeat(connecting.junction[rows][of], len(steps)),
-                (x[:, None] - t * np.sin(hdg)[:, None]).ravel(),
-                (y[:, None] + t * np.cos(hdg)[:, None]).ravel(),
-            )
-        )
+        steps = np.linspace(-0.5, 0.5, 1 + int(np.ceil(width.max(initial=1.0) / (0.9 * PAVEMENT_CELL))))
+        squares = np.empty((len(of), len(steps)), np.int64)
+        squares_across(connecting.junction[rows][of], places, width, steps, squares)
+        self._paved = sorted_unique(squares)
 
-    @staticmethod
-    def _keys(junction: IntArray, x: FloatArray, y: FloatArray) -> IntArray:
-        """Return a number for each square of a junction; areas are up to 250 km wide."""
-        column, line = (np.floor(v / _CELL).astype(np.int64) + 2**19 for v in (x, y))
-        return np.asarray((junction << 40) | (column << 20) | line)
+    def of(self, row: int) -> tuple[float, float, int, IntArray]:
+        """Return widths at the start and the end of a road, m, its junction, and the squares that are paved."""
+        item = self._connecting
+        return float(item.entry_width[row]), float(item.exit_width[row]), int(item.junction[row]), self._paved
 
-    def own_tarmac(self, row: int, ways: PlanView) -> FloatArray:
-        """Return how much ground ways need in the place of a road that nothing else paves, (ways,), m²."""
-        item, n = self._connecting, len(ways.start) - 1
-        length, share = lengths(ways), (np.arange(_ALONG) + 0.5) / _ALONG
-        x, y, hdg = pose(ways, np.repeat(np.arange(n), _ALONG), (length[:, None] * share).ravel())
-        width = np.tile(item.entry_width[row] * (1 - share) + item.exit_width[row] * share, n)
-        t = 0.5 * width[:, None] * _OFFSETS
-        keys = self._keys(
-            np.full(t.size, item.junction[row]),
-            (x[:, None] - t * np.sin(hdg)[:, None]).ravel(),
-            (y[:, None] + t * np.cos(hdg)[:, None]).ravel(),
-        )
-        place = np.minimum(np.searchsorted(self._cells, keys), max(len(self._cells) - 1, 0))
-        paved = self._cells[place] == keys if len(self._cells) else np.zeros(len(keys), bool)
-        bare = (~paved).reshape(n, _ALONG, -1).mean(axis=2) * width.reshape(n, -1)
-        return np.asarray(bare.mean(axis=1) * length)
+    def own_tarmac(self, plan: PlanView, rows: IntArray) -> FloatArray:
+        """Return how much ground the curves of some roads need that nothing else paves, (n,), m²."""
+        places, length = _places(plan, _ALONG, 0.5 / _ALONG), lengths(plan).tolist()
+        return np.array([own_tarmac(places[k], length[k], *self.of(row)) for k, row in enumerate(rows.tolist())])
 
 
-def _places(plan: PlanView, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of so many places along curves, but near their ends, (curves, count), m."""
-    n, share = len(plan.start) - 1, np.linspace(_MEET, 1.0 - _MEET, count)
-    x, y, _ = pose(plan, np.repeat(np.arange(n), count), (lengths(plan)[:, None] * share).ravel())
-    return x.reshape(n, count), y.reshape(n, count)
-
-
-def _meeting(x: FloatArray, y: FloatArray, other_x: FloatArray, other_y: FloatArray) -> FloatArray:
-    """Return what the distance of places on ways, (ways, k), to those on another one lacks of a car's width, m."""
-    square = (x[..., None] - other_x) ** 2 + (y[..., None] - other_y) ** 2
-    return np.asarray(np.maximum(CAR_WIDTH + _MARGIN - np.sqrt(square.min(axis=(1, 2))), 0.0))
-
-
-class _Ways:
-    """The ways that may take the place of a road that turns back, the cheapest but for tarmac and meetings first."""
-
-    def __init__(
-        self, ground: _Ground, row: int, now: PlanView, begin: _Pose, length: FloatArray, curvature: FloatArray
-    ) -> None:
-        self._ground, self._row, self._begin = ground, row, begin
-        cost = _cost(
-            length.sum(axis=1),
-            1.0 / np.abs(np.where(length > 0.0, curvature, 0.0)).max(axis=1, initial=1e-9),
-            np.abs(length * curvature).sum(axis=1) - np.abs((length * curvature).sum(axis=1)),
-        )
-        order = np.argsort(np.round(cost, 6), kind="stable")
-        self._length, self._curvature, self._bounds = length[order], curvature[order], cost[order]
-        # What has been looked at: curves, and what they cost but for meetings.
-        self._plans, self._places = [now], [_places(now, _ALONG)]
-        self._costs = [_cost(lengths(now), smallest_radius(now), _swing(now)) + self._of_ground(now)]
-        self._next = 0
-
-    def cheapest(self, beside: PlanView | None) -> PlanView:
-        """Return the way that costs least, with the way back `beside` it."""
-        best, found = math.inf, self._plans[0]
-        others = (np.zeros((1, 0)),) * 2 if beside is None else _places(beside, 2 * _ALONG)
-        for k in itertools.count():
-            if k == len(self._plans):
-                if self._next == len(self._bounds) or self._bounds[self._next] >= best:
-                    return found
-                self._look_at_more()
-            some = np.flatnonzero(np.round(self._costs[k], 3) < best)
-            if not len(some):
-                continue
-            cost = self._costs[k][some]
-            if beside is not None:
-                x, y = self._places[k]
-                cost = cost + _PER_MEETING * _meeting(x[some], y[some], *others)
-            place = int(np.argmin(np.round(cost, 3)))
-            if round(float(cost[place]), 3) < best:
-                best, found = round(float(cost[place]), 3), chosen_curves(self._plans[k], some[place : place + 1])
-        raise AssertionError
-
-    def _look_at_more(self) -> None:
-        part = slice(self._next, self._next + _AT_ONCE)
-        length, curvature = self._length[part], self._curvature[part]
-        x, y, hdg = (np.full(len(length), v) for v in self._begin)
-        # Lines that go on as lines become one record: checkers call two redundant.
-        curves = curves_of(x, y, hdg, length, curvature)
-        plan = chain_curves(curves, np.arange(len(curves.start)))
-        self._plans.append(plan)
-        self._places.append(_places(plan, _ALONG))
-        self._costs.append(self._bounds[part] + self._of_ground(plan))
-        self._next = min(part.stop, len(self._bounds))
-
-    def _of_ground(self, plan: PlanView) -> FloatArray:
-        own = self._ground.own_tarmac(self._row, plan)
-        return np.asarray(own + _PER_OWN_BEYOND * np.maximum(own - _OWN, 0.0))
+def _places(plan: PlanView, count: int, margin: float, curves: IntArray | None = None) -> FloatArray:
+    """Return poses at even steps along curves, but for a share at their ends, (curves, 3, count)."""
+    curves = np.arange(len(plan.start) - 1) if curves is None else curves
+    s = lengths(plan, curves)[:, None] * np.linspace(margin, 1.0 - margin, count)
+    return np.stack(pose(plan, np.repeat(curves, count), s.ravel())).reshape(3, -1, count).transpose(1, 0, 2).copy()
 
 
 def _cost(length: FloatArray, radius: FloatArray, swing: FloatArray) -> FloatArray:
