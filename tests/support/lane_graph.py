@@ -10,6 +10,8 @@ import numpy as np
 from xodr_file import CAR_LANES, Road, Section, XodrFile
 from xodr_measure import lane_steps
 
+from osm2xodr.model import FloatArray
+
 # (road id, index of the lane section, lane id)
 LaneKey = tuple[str, int, int]
 
@@ -25,6 +27,8 @@ class LaneGraph:
         self.length: dict[LaneKey, float] = {}
         self.next: dict[LaneKey, set[LaneKey]] = defaultdict(set)
         self.beside: dict[LaneKey, list[LaneKey]] = {}
+        # Places each half to whole metre along each road: s, x, y, m, and its direction, rad.
+        self._line: dict[str, tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = {}
         for road in network.roads.values():
             self._add_road(road)
         for step in lane_steps(network):
@@ -72,18 +76,30 @@ class LaneGraph:
         for road in self.network.roads.values():
             if road.connecting:
                 continue
-            s, t, along = _project(road, x, y)
+            s, t, along = self._project(road, x, y)
             k = max(i for i, section in enumerate(road.sections) if section.s <= s + 1e-9)
             span = _car_span(road.sections[k], s, float(road.lane_offset.value(np.array([s]))[0]))
             if span is None:
                 continue
             turn = math.cos(float(road.pose(np.array([s]))[2][0]) - hdg)
             out = max(span[0] - t, t - span[1], 0.0) + max(along - 0.6, 0.0)
-            lanes = {key for key in self.length if key[:2] == (road.id, k) and road.forward(key[2]) == (turn > 0)}
+            keys = {(road.id, k, i) for i in road.sections[k].lanes if road.forward(i) == (turn > 0)}
+            lanes = keys & self.length.keys()
             score = out + 0.01 * abs(t - sum(span) / 2)
             if lanes and out <= reach and abs(turn) > 0.8 and score < best[0]:
                 best = (score, lanes)
         return best[1]
+
+    def _project(self, road: Road, x: float, y: float) -> tuple[float, float, float]:
+        """Return s and t of a place on a road (to half a metre along), and how far beyond its ends it lies."""
+        if road.id not in self._line:
+            s = np.linspace(0.0, road.length, max(2, math.ceil(road.length) + 1))
+            self._line[road.id] = (s, *road.pose(s))
+        s, px, py, hdg = self._line[road.id]
+        k = int(np.argmin(np.hypot(px - x, py - y)))
+        along = (x - px[k]) * math.cos(hdg[k]) + (y - py[k]) * math.sin(hdg[k])
+        t = -(x - px[k]) * math.sin(hdg[k]) + (y - py[k]) * math.cos(hdg[k])
+        return float(s[k]), float(t), abs(float(along))
 
     def distances(self, start: set[LaneKey], limit: float) -> dict[LaneKey, float]:
         """Return how far after the end of the start's lanes each reachable lane begins, m, lane changes included."""
@@ -101,16 +117,6 @@ class LaneGraph:
                 for other in sorted(self.next.get(key, ())):
                     heapq.heappush(queue, (after, other))
         return found
-
-
-def _project(road: Road, x: float, y: float) -> tuple[float, float, float]:
-    """Return s and t of a place on a road (to half a metre along), and how far beyond its ends it lies."""
-    s = np.linspace(0.0, road.length, max(2, math.ceil(road.length) + 1))
-    px, py, hdg = road.pose(s)
-    k = int(np.argmin(np.hypot(px - x, py - y)))
-    along = (x - px[k]) * math.cos(hdg[k]) + (y - py[k]) * math.sin(hdg[k])
-    t = -(x - px[k]) * math.sin(hdg[k]) + (y - py[k]) * math.cos(hdg[k])
-    return float(s[k]), float(t), abs(float(along))
 
 
 def _car_span(section: Section, s: float, offset: float) -> tuple[float, float] | None:

@@ -73,7 +73,7 @@ def point(road_map: RoadMap, road: int, s: float, t: float) -> complex:
     row = next(r for r in reversed(range(plan.start[k], plan.start[k + 1])) if plan.s[r] <= s or r == plan.start[k])
     along, turn = clothoid(float(plan.curvature[row]), float(plan.rate[row]), s - float(plan.s[row]))
     return complex(plan.x[row], plan.y[row]) + cmath.exp(1j * float(plan.hdg[row])) * (
-        along + 1j * t * cmath.exp(1j * turn)
+        complex(along) + 1j * t * cmath.exp(1j * float(turn))
     )
 
 

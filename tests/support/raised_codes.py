@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import itertools
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 
 import osm2xodr
@@ -13,16 +14,30 @@ SOURCE = Path(osm2xodr.__file__).parent
 KINDS = ("guessed", "dropped", "repaired", "note")
 
 
+class _Tree:
+    """A module, and all nodes in it."""
+
+    def __init__(self, module: ast.Module) -> None:
+        self.body = module.body
+        self.nodes = list(ast.walk(module))
+
+    @cached_property
+    def around(self) -> dict[ast.AST, ast.FunctionDef]:
+        """The innermost function around each node in one."""
+        return {node: item for item in self.nodes if isinstance(item, ast.FunctionDef) for node in ast.walk(item)}
+
+
 def raised_codes() -> dict[str, set[str]]:
     """Return the kinds of the diagnostics of each code.
 
     A code is a literal, a constant of its module, a variable of a loop over literals, or what calls of the function
     around it give as its parameter. One that is none of these raises LookupError with its place.
     """
-    trees = {path: ast.parse(path.read_text("utf-8")) for path in sorted(SOURCE.rglob("*.py"))}
+    texts = {path: path.read_text("utf-8") for path in sorted(SOURCE.rglob("*.py"))}
+    trees = {path: _Tree(ast.parse(text)) for path, text in texts.items()}
     found: dict[str, set[str]] = {}
     for path, tree in trees.items():
-        if path.name == "diagnostics.py":
+        if path.name == "diagnostics.py" or not ("diagnostics" in texts[path] or "Kind" in texts[path]):
             continue
         for function, kinds, code in _sites(tree):
             codes = _texts(code, tree, function, trees)
@@ -35,30 +50,24 @@ def raised_codes() -> dict[str, set[str]]:
     return found
 
 
-def _sites(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | None, set[str], ast.expr]]:
+def _sites(tree: _Tree) -> Iterator[tuple[ast.FunctionDef | None, set[str], ast.expr]]:
     """Yield the function around it, the kinds and the code of everything that makes a diagnostic."""
-    around = {
-        node: function
-        for function in ast.walk(tree)
-        if isinstance(function, ast.FunctionDef)
-        for node in ast.walk(function)
-    }
     # Other modules have kinds of their own.
     imports = [
         node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "osm2xodr.diagnostics"
     ]
     imported = {alias.name for node in imports for alias in node.names}
-    for node in ast.walk(tree):
+    for node in tree.nodes:
         said = node.func if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
         # By the name of what it is said to.
         if said and said.attr in KINDS and ast.unparse(said.value).endswith("diagnostics"):
             assert isinstance(node, ast.Call)
-            yield around.get(node), {said.attr}, node.args[0]
+            yield tree.around.get(node), {said.attr}, node.args[0]
         if isinstance(node, (ast.Call, ast.Tuple)) and "Kind" in imported:
             items = node.args if isinstance(node, ast.Call) else node.elts
             for item, code in itertools.pairwise(items):
                 if (kinds := _kinds(item)) and not _kinds(code):
-                    yield around.get(node), kinds, code
+                    yield tree.around.get(node), kinds, code
 
 
 def _kinds(node: ast.expr) -> set[str]:
@@ -70,9 +79,7 @@ def _kinds(node: ast.expr) -> set[str]:
     return set()
 
 
-def _texts(
-    node: ast.expr, tree: ast.Module, function: ast.FunctionDef | None, trees: dict[Path, ast.Module]
-) -> set[str]:
+def _texts(node: ast.expr, tree: _Tree, function: ast.FunctionDef | None, trees: dict[Path, _Tree]) -> set[str]:
     """Return the texts that an expression can be."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return {node.value}
@@ -93,19 +100,21 @@ def _texts(
     return _looped(node.id, function)
 
 
-def _given(name: str, place: int, keyword: str, trees: dict[Path, ast.Module]) -> set[str]:
+def _given(name: str, place: int, keyword: str, trees: dict[Path, _Tree]) -> set[str]:
     """Return the texts that calls of a function give for a parameter."""
     found: set[str] = set()
     for tree in trees.values():
-        around = {n: f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
-        for node in ast.walk(tree):
-            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name):
-                continue
+        calls = [
+            node
+            for node in tree.nodes
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name
+        ]
+        for node in calls:
             given = [item.value for item in node.keywords if item.arg == keyword]
             if place < len(node.args):
                 given.append(node.args[place])
             for item in given:
-                found |= _texts(item, tree, around.get(node), trees)
+                found |= _texts(item, tree, tree.around.get(node), trees)
     return found
 
 
@@ -123,7 +132,7 @@ def _looped(name: str, function: ast.FunctionDef) -> set[str]:
     return set()
 
 
-def _returned(name: str, function: ast.FunctionDef, trees: dict[Path, ast.Module]) -> set[str]:
+def _returned(name: str, function: ast.FunctionDef, trees: dict[Path, _Tree]) -> set[str]:
     """Return the first texts of the tuples that the function returns whose result a variable is."""
     made = {
         node.value.func.id
@@ -135,7 +144,7 @@ def _returned(name: str, function: ast.FunctionDef, trees: dict[Path, ast.Module
     }
     found = set()
     for tree in trees.values():
-        for item in ast.walk(tree):
+        for item in tree.nodes:
             if isinstance(item, ast.FunctionDef) and item.name in made:
                 for node in ast.walk(item):
                     if isinstance(node, ast.Tuple) and node.elts and isinstance(node.elts[0], ast.Constant):

@@ -37,9 +37,9 @@ class Pose:
     def moved(self, ds: float, curvature: float, rate: float = 0.0) -> Pose:
         """Return the pose after ds along a line, an arc or a spiral, whose curvature grows by rate."""
         if rate != 0.0:
-            place, turn = clothoid(curvature, rate, ds)
-            place *= cmath.exp(1j * self.hdg)
-            return Pose(self.x + place.real, self.y + place.imag, self.hdg + turn)
+            along, turn = clothoid(curvature, rate, ds)
+            place = complex(along) * cmath.exp(1j * self.hdg)
+            return Pose(self.x + place.real, self.y + place.imag, self.hdg + float(turn))
         if curvature == 0.0:
             return Pose(self.x + ds * math.cos(self.hdg), self.y + ds * math.sin(self.hdg), self.hdg)
         end = self.hdg + ds * curvature

@@ -55,8 +55,8 @@ def pose(geometry: Element, ds: float) -> tuple[float, float, float]:
         bend = math.atan2(dv, du)
     elif shape.tag == "spiral":
         first, last = number(shape, "curvStart"), number(shape, "curvEnd")
-        place, bend = clothoid(first, (last - first) / length, ds)
-        u, v = place.real, place.imag
+        place, turned = clothoid(first, (last - first) / length, ds)
+        u, v, bend = float(place.real), float(place.imag), float(turned)
     else:
         k = number(shape, "curvature") if shape.tag == "arc" else 0.0
         bend = k * ds

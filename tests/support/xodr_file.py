@@ -68,9 +68,9 @@ class Geometry:
         """Return x, y and heading at stations of the road (chord of an arc: 2 sin(k ds / 2) / k)."""
         ds = s - self.s
         if self.rate:
-            steps = [clothoid(self.curvature, self.rate, float(at)) for at in ds]
-            place = np.array([at for at, _ in steps]) * np.exp(1j * self.hdg)
-            return self.x + place.real, self.y + place.imag, self.hdg + np.array([turn for _, turn in steps])
+            place, turn = clothoid(self.curvature, self.rate, ds)
+            place = place * np.exp(1j * self.hdg)
+            return self.x + place.real, self.y + place.imag, self.hdg + turn
         half = 0.5 * self.curvature * ds
         chord = ds * np.sinc(half / math.pi)
         return (

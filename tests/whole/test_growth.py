@@ -32,7 +32,10 @@ def test_a_network_of_eight_times_the_size_takes_no_more_time_per_road(tmp_path:
     one, eight = (replicate(sample, copies, tmp_path) for copies in (1, TIMES))
     seconds_and_roads(one)  # the first run also loads what is loaded once
     small, small_roads = min(seconds_and_roads(one) for _ in range(2))
-    large, large_roads = min(seconds_and_roads(eight) for _ in range(2))
+    large, large_roads = seconds_and_roads(eight)
+    if large / large_roads > 1.5 * small / small_roads:
+        # Somebody else may have had the machine.
+        large = min(large, seconds_and_roads(eight)[0])
     # The cells in which dwellings are counted lie otherwise in each copy, and with them the edge of a town.
     assert large_roads == pytest.approx(TIMES * small_roads, rel=0.005)
     assert large / large_roads <= 1.5 * small / small_roads

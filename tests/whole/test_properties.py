@@ -60,7 +60,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @given(SEEDS)
 @example(seed=500068)
 @example(seed=300010)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_every_network_is_sound(folder: Path, seed: int) -> None:
     network = random_network(seed)
     road_map, data, _ = converted(network, network.osm(), folder)
@@ -87,7 +87,7 @@ def test_lanes_meet_between_arms_that_lie_on_each_other(folder: Path, seed: int)
 
 
 @given(SEEDS)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_the_order_of_elements_changes_nothing(folder: Path, seed: int) -> None:
     network = random_network(seed)
     _, once, found = converted(network, network.osm(), folder)
@@ -100,7 +100,7 @@ def test_the_order_of_elements_changes_nothing(folder: Path, seed: int) -> None:
 
 @given(SEEDS)
 @example(seed=266)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_no_way_vanishes(folder: Path, seed: int) -> None:
     network = random_network(seed)
     road_map, _, found = converted(network, network.osm(), folder)
@@ -168,7 +168,7 @@ def differences(one: list[Signature], other: list[Signature], near: float = NEAR
 
 @given(SEEDS)
 @example(seed=64693)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_the_direction_that_ways_are_drawn_in_changes_nothing(folder: Path, seed: int) -> None:
     network = random_network(seed, ROOMY)
     dice = random.Random(seed)
@@ -181,7 +181,7 @@ def test_the_direction_that_ways_are_drawn_in_changes_nothing(folder: Path, seed
 
 
 @given(SEEDS)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_a_mirrored_network_is_the_mirrored_road_map(folder: Path, seed: int) -> None:
     network = random_network(seed, ROOMY)
     one_map, _, _ = converted(network, network.osm(), folder)
