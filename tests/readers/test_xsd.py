@@ -16,8 +16,8 @@ def test_valid(scene: Scene, version: str, conversions: Conversions) -> None:
     assert _stated_version(conversion.path.read_bytes()) == version
 
 
-# xmlschema takes some 10 s for each MB
-@pytest.mark.parametrize("scene", SMALL_SCENES, ids=str)
+# xmlschema takes some 10 s for each MB: those of under 1 MB.
+@pytest.mark.parametrize("scene", [scene for scene in SMALL_SCENES if scene.name != "i5_exit_ramp"], ids=str)
 def test_valid_1_8(scene: Scene, conversions: Conversions) -> None:
     conversion = conversions.of(scene, "1.8")
     assert schema_errors(conversion.path, "1.8") == []

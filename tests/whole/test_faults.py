@@ -24,7 +24,7 @@ from osm2xodr.surface.grids import raster_file as dem_module
 from osm2xodr.system.parallel import Task
 
 SAMPLE = scene_named("andorra_ordino")
-RUNS = int(os.environ.get("OSM2XODR_FAULTS", "4"))
+RUNS = int(os.environ.get("OSM2XODR_FAULTS", "2"))
 
 
 @pytest.fixture(scope="module")

@@ -60,7 +60,7 @@ def test_little_that_becomes_much(
 ) -> None:
     path = tmp_path / "bomb.osm.gz"
     with pack(path, "wb", 1) if pack else path.open("wb") as stream:
-        for chunk in make(40):
+        for chunk in make(20):
             stream.write(chunk)
     began = time.monotonic()
     assert main(["convert", str(path), "-o", str(out)]) == 1

@@ -80,15 +80,21 @@ def _blobs(path: Path) -> Iterator[bytes]:
 def _claimed(block: bytes, most: int) -> int:
     """Return how many bytes the elements of a block become; any number above `most` if it is more."""
     lengths, total = np.zeros(0, np.int64), 0
+    # Few bytes become many elements only where these are alike.
+    known: dict[tuple[int, bytes], int] = {}
     for number, field in _fields(block):
         if not isinstance(field, bytes):
             continue
         if number == _STRINGS:
+            known.clear()
             lengths = np.array([len(text) for _, text in _fields(field) if isinstance(text, bytes)], np.int64)
         elif number == _GROUP:
             for kind, element in _fields(field):
                 if isinstance(element, bytes):
-                    total += (_dense if kind == _DENSE else _single)(element, lengths)
+                    one = (kind, element)
+                    if one not in known:
+                        known[one] = (_dense if kind == _DENSE else _single)(element, lengths)
+                    total += known[one]
                 if total > most:
                     return total
     return total
