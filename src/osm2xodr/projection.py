@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from osm2xodr.curves import from_mercator, to_mercator
 from osm2xodr.model import LocalFrame
 
 if TYPE_CHECKING:
@@ -28,15 +29,22 @@ def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
     The origin is rounded to 5 decimals (about 1 m), so that the georeference states it exactly.
     """
     lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
-    proj = f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m"
-    return LocalFrame(proj, lat, lon)
+    return LocalFrame(_proj(lat, lon), lat, lon)
+
+
+def _proj(lat_0_deg: float, lon_0_deg: float) -> str:
+    origin = f"+lat_0={lat_0_deg:.5f} +lon_0={lon_0_deg:.5f}"
+    return f"+proj=tmerc {origin} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m"
 
 
 def to_local(
     frame: LocalFrame, lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Project longitude and latitude (degrees, WGS 84) to local x (east) and y (north), m."""
-    x, y = _transformer(WGS84, frame.proj).transform(np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64))
+    lon, lat = np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
+    if frame.proj == _proj(frame.lat_0_deg, frame.lon_0_deg):
+        return to_mercator(lon, lat, frame.lon_0_deg, frame.lat_0_deg)
+    x, y = _transformer(WGS84, frame.proj).transform(lon, lat)
     return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
 
@@ -44,7 +52,10 @@ def to_geographic(
     frame: LocalFrame, x: npt.ArrayLike, y: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take local x, y (m) back to longitude and latitude (degrees, WGS 84)."""
-    lon, lat = _transformer(frame.proj, WGS84).transform(np.asarray(x, np.float64), np.asarray(y, np.float64))
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    if frame.proj == _proj(frame.lat_0_deg, frame.lon_0_deg):
+        return from_mercator(x, y, frame.lon_0_deg, frame.lat_0_deg)
+    lon, lat = _transformer(frame.proj, WGS84).transform(x, y)
     return np.asarray(lon, np.float64), np.asarray(lat, np.float64)
 
 

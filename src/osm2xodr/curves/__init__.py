@@ -3,7 +3,8 @@
 `plan_views` tables of curves · `records` places on them · `spirals` their shapes · `cubics` piecewise cubics ·
 `dubins` shortest curves between poses · `nearest` curves near points · `crossings` curves that cross · `overlaps`
 roads over each other · `clearances` room between them · `polygons` points in areas · `polylines` along them ·
-`table` equally long columns · `ragged` groups in flat arrays, distinct integers · `trigonometry` same everywhere
+`table` equally long columns · `ragged` groups in flat arrays, distinct integers · `trigonometry`, `exponentials`,
+`transverse_mercator` same everywhere
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from osm2xodr.curves.cubics import (
     value_of_cubics,
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
+from osm2xodr.curves.exponentials import cube_root, exp, log, power
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, sample_curves
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_boxes, overlapping_pairs
 from osm2xodr.curves.plan_views import (
@@ -68,6 +70,7 @@ from osm2xodr.curves.ragged import (
 from osm2xodr.curves.records import find_record, pose, project
 from osm2xodr.curves.spirals import advance, arc_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
+from osm2xodr.curves.transverse_mercator import from_mercator, to_mercator
 from osm2xodr.curves.trigonometry import (
     arccosine,
     arcsine,
@@ -100,6 +103,7 @@ __all__ = [
     "chosen_curves",
     "close_places",
     "cosine",
+    "cube_root",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
@@ -112,7 +116,9 @@ __all__ = [
     "dubins_curves",
     "dubins_without_slivers",
     "end_curvature",
+    "exp",
     "find_record",
+    "from_mercator",
     "heading_at",
     "heading_change",
     "hypot",
@@ -120,6 +126,7 @@ __all__ = [
     "join_tables",
     "lengths",
     "lines_that_go_on",
+    "log",
     "outline_bounds",
     "overlap_depths",
     "overlapping_boxes",
@@ -129,6 +136,7 @@ __all__ = [
     "part_of_profile",
     "places_along",
     "pose",
+    "power",
     "profile_of",
     "project",
     "ranks",
@@ -156,6 +164,7 @@ __all__ = [
     "stack_profiles",
     "starts",
     "sum_before",
+    "to_mercator",
     "unique_all",
     "unique_counts",
     "unique_first",

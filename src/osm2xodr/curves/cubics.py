@@ -27,7 +27,7 @@ def smooth_step(share: FloatArray) -> FloatArray:
 def smooth_cubic(s: float, length: float, start: float, end: float) -> Cubic:
     """Return the cubic from one value to another over a length with no slope at either end."""
     rise = end - start
-    return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
+    return Cubic(s, start, 0.0, 3 * rise / (length * length), -2 * rise / (length * length * length))
 
 
 def cubic_value(

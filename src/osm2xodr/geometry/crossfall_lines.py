@@ -103,7 +103,8 @@ class Kinked(RaggedTable):
         h, into = self.s[begin + 1] - self.s[begin], self.before[begin + 1]
         bend = np.diff(profile.c) - 3 * profile.d[:-1] * h[:-1]
         steps = (profile.b[1:] - into[:-1], bend, np.diff(profile.d))
-        same = sum((np.abs(step) * h[1:] ** k for k, step in enumerate(steps, 1)), np.zeros(len(bend))) < _SAME_CUBIC
+        slope, second, third = (np.abs(step) for step in steps)
+        same = h[1:] * (slope + h[1:] * (second + h[1:] * third)) < _SAME_CUBIC
         same |= _redundant(*steps, self.s[begin[1:]])
         keep = np.ones(len(self.s), bool)
         keep[begin[1:][same]] = False
@@ -328,7 +329,8 @@ def _along_line(
 ) -> tuple[Cubic, ...]:
     """Return widths along a lane as they are along the line beside it, which is `share` times as long."""
     at = wider.s[wider.start[curve] : wider.start[curve + 1]]
-    strip = profile_of([[Cubic(c.s * share, c.a, c.b / share, c.c / share**2, c.d / share**3) for c in widths]])
+    two = share * share
+    strip = profile_of([[Cubic(c.s * share, c.a, c.b / share, c.c / two, c.d / (two * share)) for c in widths]])
     own = np.append(strip.s, at[-1])
     far = np.abs(at[:, None] - own).min(axis=1) > _SAME_PLACE
     s = np.sort(np.concatenate([own, at[far]]))

@@ -14,7 +14,10 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from osm2xodr.curves import running_lengths
+from osm2xodr.curves import (
+    running_lengths,
+    sine_cosine,
+)
 from osm2xodr.model import FloatArray
 from osm2xodr.shapes.placing import PlacedObject, PlacedSignal
 
@@ -255,7 +258,7 @@ def _painted(thing: PlacedObject, subtype: str) -> Iterator[Form]:
     """Yield the paint on a lane: arrows, stop lines, give-way lines."""
     corners = _open(thing.corners)
     if subtype.startswith("arrow"):
-        cos, sin = math.cos(thing.heading), math.sin(thing.heading)
+        sin, cos = sine_cosine(thing.heading)
         for part in arrow(subtype, thing.item.length):
             yield Area([(thing.x + cos * u - sin * v, thing.y + sin * u + cos * v) for u, v in part], WHITE)
     elif "giveWay" in subtype and len(corners) == 4:

@@ -9,6 +9,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from osm2xodr.curves import sine_cosine
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
 
@@ -81,7 +82,7 @@ def placed_objects(file: OpenDrive, roads: frozenset[int] | None = None) -> list
     out = []
     places = zip(spots, found, x.tolist(), y.tolist(), z.tolist(), heading.tolist(), strict=True)
     for spot, corners, at_x, at_y, at_z, turn in places:
-        cos, sin = math.cos(turn), math.sin(turn)
+        sin, cos = sine_cosine(turn)
         corners += [(at_x + cos * u - sin * v, at_y + sin * u + cos * v) for u, v in spot.local]
         known = tuple(corner for corner in corners if math.isfinite(corner[0]) and math.isfinite(corner[1]))
         if known and math.isfinite(at_x + at_y + turn):

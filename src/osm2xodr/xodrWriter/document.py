@@ -27,7 +27,16 @@ from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanVi
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.flat_curves import without_flat_curves
-from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, attribute, number, rounded, user_data
+from osm2xodr.xodrWriter.formatting import (
+    CURVATURE,
+    NUMBER,
+    POSITION_DECIMALS,
+    attribute,
+    digits_before_point,
+    number,
+    rounded,
+    user_data,
+)
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
@@ -253,7 +262,7 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     records = slice(int(start[0]), int(start[-1]))
     curvature, end, bends = plan.curvature[records], end_curvature(plan, records), plan.rate[records] != 0.0
     s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
-    hdg = rounded(plan.hdg[records], _END_DECIMALS + np.ceil(np.log10(np.maximum(length, 1.0))))
+    hdg = rounded(plan.hdg[records], _END_DECIMALS + digits_before_point(length))
     shape = np.where(bends, 2, curvature != 0.0).astype(np.int64)
     patterns = [(_LINE, _ARC, _SPIRAL)[k] for k in shape.tolist()]
     for record in (start[1:-1] - start[0]).tolist():
@@ -289,7 +298,7 @@ def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last:
     end = np.append(s[1:], 0.0)
     filled = np.diff(start) > 0
     end[start[1:][filled] - 1 - records.start] = lengths[first:last][filled]
-    digits = np.ceil(np.log10(np.maximum(end - s, 1.0)))
+    digits = digits_before_point(end - s)
     coefficients = (profile.a, profile.b, profile.c, profile.d)
     return [
         rounded(s, POSITION_DECIMALS),

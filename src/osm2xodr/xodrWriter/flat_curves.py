@@ -15,7 +15,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import advance, cut_records, lines_that_go_on, owners, ranks, wrapped
+from osm2xodr.curves import (
+    advance,
+    cube_root,
+    cut_records,
+    lines_that_go_on,
+    owners,
+    ranks,
+    wrapped,
+)
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Radius beyond which arcs become lines, m: numbers of single precision are 1.6 cm apart there.
@@ -49,8 +57,8 @@ def _without_flat_spirals(plan: PlanView) -> PlanView:
     rows = np.flatnonzero(part)
     if not len(rows):
         return plan
-    beside = np.abs(plan.rate[rows]) * part[rows] ** 3 / 324.0
-    pairs = np.maximum(np.ceil(np.cbrt(beside / _MISPLACED)), 1.0).astype(np.int64)
+    beside = np.abs(plan.rate[rows]) * part[rows] * np.square(part[rows]) / 324.0
+    pairs = np.maximum(np.ceil(cube_root(beside / _MISPLACED)), 1.0).astype(np.int64)
     cuts = 2 * pairs - (part[rows] >= plan.length[rows])
     out = _cut_evenly(plan, rows, part[rows] / (2 * pairs), cuts)
     first = np.repeat(rows + np.cumsum(cuts) - cuts, pairs) + 2 * ranks(pairs)

@@ -34,6 +34,8 @@ _MPH: Final = 1.0 / 0.44704  # international miles per hour per m/s
 # How close to a whole number of a unit a speed must be to have been meant in it. 30 mph is 48.28 km/h; no usual limit
 # in mph lies this close to a whole number of km/h.
 _WHOLE_UNIT: Final = 0.005
+# Doubles have these exactly, other than what functions of C and NumPy return for powers on some machines.
+_POWERS_OF_TEN: Final = np.array([float(f"1e{k}") for k in range(61)])
 
 
 def number(value: float) -> str:
@@ -57,7 +59,7 @@ def start_of_last(s: float, length: float) -> str:
     """
     text, end = position(s), float(position(length))
     start = float(text)
-    unit = 10.0 ** (math.floor(math.log10(start)) - 11) if start > 0 else 0.0
+    unit = float(f"1e{int(f'{start:e}'.partition('e')[2]) - 11}") if start > 0 else 0.0
     while start + (end - start) > end:
         text = number(start - unit)
         start = float(text)
@@ -101,8 +103,13 @@ def lane_speed_attributes(speed: float) -> str:
     return f'max="{_NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _speed(speed)
 
 
-def rounded(values: npt.NDArray[np.float64], decimals: int | npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def digits_before_point(values: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    """Return how many digits before the point the largest numbers have that are below some values, 0 for 1."""
+    return np.searchsorted(_POWERS_OF_TEN, values)
+
+
+def rounded(values: npt.NDArray[np.float64], decimals: int | npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     """Return values rounded to a number of decimals, without negative zeros."""
-    scale = np.power(10.0, decimals)
+    scale = _POWERS_OF_TEN[np.asarray(decimals, np.int64)]
     nearest: npt.NDArray[np.float64] = np.rint(values * scale) / scale + 0.0
     return nearest

@@ -24,7 +24,16 @@ from osm2xodr.batching.cutting.streets import (
     only,
 )
 from osm2xodr.batching.model import CutRequest
-from osm2xodr.curves import distance_to_outline, ranks, repeated, runs, sorted_unique, unique_inverse
+from osm2xodr.curves import (
+    cosine,
+    distance_to_outline,
+    hypot,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    unique_inverse,
+)
 from osm2xodr.defaults import OUTLINE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
 
@@ -264,7 +273,7 @@ def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArr
     """Return points (n, 2) along segments, `_SPACING` apart."""
     start = _local(plan.source, frame, plan.segments.start[segments])
     along = _local(plan.source, frame, plan.segments.end[segments]) - start
-    parts = np.clip(np.ceil(np.hypot(along[:, 0], along[:, 1]) / _SPACING), 1, _PARTS_MAX).astype(np.int64)
+    parts = np.clip(np.ceil(hypot(along[:, 0], along[:, 1]) / _SPACING), 1, _PARTS_MAX).astype(np.int64)
     share = (ranks(parts) + 0.5) / np.repeat(parts, parts)
     out: FloatArray = np.repeat(start, parts, axis=0) + share[:, None] * np.repeat(along, parts, axis=0)
     return out
@@ -279,7 +288,7 @@ def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> 
     lon, lat = _to_degrees(frame).transform(*np.append(places, places[:1], axis=0).T)
     lon, lat = lon[:-1], lat[:-1]
     high = (reach + _SLACK) / _DEGREE
-    wide = high / np.maximum(np.cos(np.radians(np.abs(lat) + high)), 1e-3)
+    wide = high / np.maximum(cosine(np.radians(np.abs(lat) + high)), 1e-3)
     boxes = np.column_stack([lon - wide, lat - high, lon + wide, lat + high])
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
     ways = find_in_boxes(plan.way_cells, boxes)

@@ -7,7 +7,13 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import outline_bounds, ranks, repeated, sorted_unique
+from osm2xodr.curves import (
+    hypot,
+    outline_bounds,
+    ranks,
+    repeated,
+    sorted_unique,
+)
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Length of the parts that long segments are divided into, m, and the largest number of them.
@@ -43,7 +49,7 @@ def _to_point(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArr
     square = np.maximum((along * along).sum(axis=1), 1e-12)
     share = np.clip(((point - start) * along).sum(axis=1) / square, 0.0, 1.0)
     off = point - start - share[:, None] * along
-    out: FloatArray = np.hypot(off[:, 0], off[:, 1])
+    out: FloatArray = hypot(off[:, 0], off[:, 1])
     return out
 
 
@@ -68,7 +74,7 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
     out = np.zeros(len(start), np.bool_)
     if not len(start) or not len(places):
         return out
-    length = np.hypot(*(end - start).T)
+    length = hypot(*(end - start).T)
     parts = np.clip(np.ceil(length / _PART), 1, _PARTS_MAX).astype(np.int64)
     segment = repeated(parts)
     share = ((ranks(parts) + 0.5) / parts[segment])[:, None]

@@ -7,7 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths, pose, starts, unique_all
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    cubic_value,
+    lengths,
+    pose,
+    sine,
+    starts,
+    unique_all,
+)
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.edges import Edges
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Lane, RoadMap
@@ -60,7 +69,7 @@ class Arms:
         s = np.where(at_end, lengths(road_map.plan_view, road), 0.0)
         x, y, hdg = pose(road_map.plan_view, road, s)
         outwards = np.where(at_end, -1.0, 1.0)
-        nx, ny = -np.sin(hdg) * outwards, np.cos(hdg) * outwards
+        nx, ny = -sine(hdg) * outwards, cosine(hdg) * outwards
         left, right = _reached(edges, arm, (x, y), (nx, ny))
         outer_left, outer_right = np.full(len(known), -np.inf), np.full(len(known), np.inf)
         np.maximum.at(outer_left, arm, left)
@@ -92,7 +101,7 @@ def _reached(
 def _in_order(junction: IntArray, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return the next arm counter-clockwise, the number of arms of the junction, and each arm's rank, (arms,)."""
     _, _, group, count = unique_all(junction)
-    angle = np.arctan2(y - (np.bincount(group, y) / count)[group], x - (np.bincount(group, x) / count)[group])
+    angle = arctan2(y - (np.bincount(group, y) / count)[group], x - (np.bincount(group, x) / count)[group])
     order = np.lexsort((angle, group))
     first = starts(count)[group[order]]
     rank = np.arange(len(order)) - first

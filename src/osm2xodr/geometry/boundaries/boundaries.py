@@ -10,7 +10,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, ranks, repeated, runs, starts, unique_first, unique_inverse, unique_rows
+from osm2xodr.curves import (
+    hypot,
+    owners,
+    ranks,
+    repeated,
+    runs,
+    starts,
+    unique_first,
+    unique_inverse,
+    unique_rows,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms, lanes_across
@@ -66,7 +76,7 @@ def _closed(arms: Arms, edges: Edges, pieces: Pieces, right: FloatArray, left: F
         (arm, left, begin, pieces.begin),
         (arms.following[arm], right, last, pieces.end),
     ):
-        off = np.hypot(*(edges.at(pieces.edge[row], s[row]) - arms.at(face, u[face])).T)
+        off = hypot(*(edges.at(pieces.edge[row], s[row]) - arms.at(face, u[face])).T)
         good &= off <= defaults.CLOSED_WITHIN
     group = unique_inverse(arms.junction)[1]
     bad = np.bincount(group[~good], minlength=int(group.max()) + 1) > 0
@@ -181,7 +191,7 @@ def _walked(ways: _Ways, edges: Edges) -> tuple[Pieces, BoolArray]:
         stays = np.ones(len(active), bool)
         stays[turning] = False
         here = lines.xy[lines.start[now[active[stays]] + 1] - 1]
-        good[active[stays]] = np.hypot(*(here - goal[active[stays]]).T) <= defaults.SAME_EDGE
+        good[active[stays]] = hypot(*(here - goal[active[stays]]).T) <= defaults.SAME_EDGE
         now[active[turning]] = line[rows[pair[best]]]
         s[active[turning]] = lines.between(b[best], v[best])
         active = active[turning]
@@ -203,19 +213,19 @@ def _leads_out(one: Lines, other: Lines, a: IntArray, b: IntArray) -> BoolArray:
     )
     along, aside = one.xy[a + 1] - one.xy[a], there - here
     left = along[:, 0] * aside[:, 1] - along[:, 1] * aside[:, 0]
-    return np.asarray(left < -_BEYOND * np.hypot(*along.T))
+    return np.asarray(left < -_BEYOND * hypot(*along.T))
 
 
 def _begins(ways: _Ways, lines: Lines, line: IntArray, first: IntArray) -> IntArray:
     """Return the outermost line of those that begin where a way's first line does, (n,): parts right first."""
     start = lines.xy[lines.start[first]][ways.corner]
-    near = np.hypot(*(lines.xy[lines.start[line]] - start).T) <= defaults.SAME_EDGE
+    near = hypot(*(lines.xy[lines.start[line]] - start).T) <= defaults.SAME_EDGE
     row, line = ways.corner[near], line[near]
     ahead, usual = (_places_ahead(lines, each) for each in (line, first[row]))
     along = np.diff(usual, axis=1)
     aside = ahead[:, 1:] - usual[:, 1:]
     left = along[..., 0] * aside[..., 1] - along[..., 1] * aside[..., 0]
-    left /= np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-9)
+    left /= np.maximum(hypot(along[..., 0], along[..., 1]), 1e-9)
     parts = np.abs(left) > defaults.SAME_EDGE
     at = parts.argmax(axis=1)
     side = np.where(parts.any(axis=1), np.sign(left[np.arange(len(at)), at]) / (1 + at), 0.0)

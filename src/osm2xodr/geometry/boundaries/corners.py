@@ -6,7 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import ranks, repeated, unique_first
+from osm2xodr.curves import (
+    hypot,
+    ranks,
+    repeated,
+    unique_first,
+)
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.edges import Edges, edge_lines
@@ -98,7 +103,7 @@ def _meetings(first: IntArray, second: IntArray, edges: Edges) -> tuple[FloatArr
     leave[crossing], join[crossing] = one.between(a[best], u[best]), other.between(b[best], v[best])
     apart = np.setdiff1d(every, crossing)
     a, b, pair = products(one.start[apart], one.start[apart + 1], other.start[apart], other.start[apart + 1])
-    between = np.hypot(*(other.xy[b] - one.xy[a]).T)
+    between = hypot(*(other.xy[b] - one.xy[a]).T)
     nearest = np.lexsort((a, between, pair))
     nearest = nearest[unique_first(pair[nearest])[1]]
     leave[apart], join[apart], distance[apart] = one.s[a[nearest]], other.s[b[nearest]], between[nearest]

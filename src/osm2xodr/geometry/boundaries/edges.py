@@ -10,7 +10,19 @@ from itertools import chain
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths, owners, pose, profile_of, ranks, repeated, runs, starts
+from osm2xodr.curves import (
+    cosine,
+    cubic_value,
+    lengths,
+    owners,
+    pose,
+    profile_of,
+    ranks,
+    repeated,
+    runs,
+    sine,
+    starts,
+)
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.lines import Lines
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, RoadMap
@@ -60,7 +72,7 @@ class Edges:
         wide = np.bincount(owner, cubic_value(self.widths, lane, s[owner]), len(row)) - inwards
         t = cubic_value(self.road_map.lane_offset, road, s) + np.where(left, wide, -wide)
         x, y, hdg = pose(self.road_map.plan_view, road, s)
-        return np.column_stack([x - t * np.sin(hdg), y + t * np.cos(hdg)])
+        return np.column_stack([x - t * sine(hdg), y + t * cosine(hdg)])
 
 
 def edge_lines(edges: Edges, edge: IntArray) -> Lines:

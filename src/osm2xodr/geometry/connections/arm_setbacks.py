@@ -7,7 +7,14 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, smallest_radius, wrapped
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    sine,
+    slope_of,
+    smallest_radius,
+    wrapped,
+)
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
@@ -61,8 +68,8 @@ class Turns(Table):
         """Return where cars leave their entry lanes and reach their exit lanes if streets are trimmed like this."""
         x0, y0, h0 = outward_pose(ends, self.entry, trim[self.entry])
         x1, y1, h1 = outward_pose(ends, self.exit, trim[self.exit])
-        start = x0 - self.t_in * np.sin(h0), y0 + self.t_in * np.cos(h0), h0 + np.pi
-        return start, (x1 - self.t_out * np.sin(h1), y1 + self.t_out * np.cos(h1), h1)
+        start = x0 - self.t_in * sine(h0), y0 + self.t_in * cosine(h0), h0 + np.pi
+        return start, (x1 - self.t_out * sine(h1), y1 + self.t_out * cosine(h1), h1)
 
 
 def set_back_arms(
@@ -182,7 +189,7 @@ def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: Turns)
     angle = np.abs(wrapped(h1 - h0))
     room = most - trim
     # The arc is no larger than the shorter tangent allows: neither arm gives what is of no use without the other.
-    wanted = turns.radius * np.tan(np.minimum(angle, LEAST_TURN_BACK) / 2)
+    wanted = turns.radius * slope_of(np.minimum(angle, LEAST_TURN_BACK) / 2)
     wanted = np.minimum(wanted, np.minimum(before + room[turns.entry], after + room[turns.exit]))
     one_arc = (angle > _LEAST_TURN) & (angle < LEAST_TURN_BACK)
     one_arc &= np.maximum(wanted - before, wanted - after) < defaults.ARM_SETBACK_MAX

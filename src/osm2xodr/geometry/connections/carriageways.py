@@ -15,15 +15,19 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    arctan2,
     chain_curves,
     chosen_curves,
+    cosine,
     curve_ends,
     heading_change,
+    hypot,
     lengths,
     pose,
     ranks,
     repeated,
     replace_curves,
+    sine,
     smallest_radius,
     unique_inverse,
 )
@@ -273,7 +277,7 @@ def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
     for share in _FEW_SHARES:
         x, y, _ = pose(plan, rows, share * total[rows])
         px, py, _ = lanes.at_share(rows, np.full(len(rows), share))
-        far |= np.hypot(x - px, y - py) > _NEAR
+        far |= hypot(x - px, y - py) > _NEAR
     return rows[_of_same(far, streets.arms[rows])]
 
 
@@ -298,7 +302,7 @@ def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float
         x, y = share * x + (1 - share) * cx, share * y + (1 - share) * cy
         # The direction in which the place moves as both of those do.
         there, here = share * lanes.length[of], (1 - share) * length
-        hdg = np.arctan2(there * np.sin(hdg) + here * np.sin(before), there * np.cos(hdg) + here * np.cos(before))
+        hdg = arctan2(there * sine(hdg) + here * sine(before), there * cosine(hdg) + here * cosine(before))
     begin, end = curve_ends(plan)
     one, other, first = legs_through(begin, (x, y, hdg), end, count)
     return chain_curves(connect(*one, *other), first)
@@ -310,7 +314,7 @@ def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: fl
     around = np.concatenate([chainage - reach, chainage, chainage + reach])
     places = lanes.at_chainage(np.tile(row, 3), around)
     (x0, x, x1), (y0, y, y1) = (np.reshape(column, (3, len(row))) for column in places[:2])
-    return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
+    return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, arctan2(y1 - y0, x1 - x0)
 
 
 def _along_the_way(

@@ -10,7 +10,18 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, lengths, repeated, runs, stack_plan_views, unique_first, unique_inverse, wrapped
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    lengths,
+    repeated,
+    runs,
+    sine,
+    stack_plan_views,
+    unique_first,
+    unique_inverse,
+    wrapped,
+)
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
@@ -194,11 +205,11 @@ def build_connecting_roads(
     movements = [movements[k] for k in used.tolist()]
     street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = connect(
-        links.x[entry] - entry_t * np.sin(hdg0),
-        links.y[entry] + entry_t * np.cos(hdg0),
+        links.x[entry] - entry_t * sine(hdg0),
+        links.y[entry] + entry_t * cosine(hdg0),
         hdg_in,
-        links.x[exit_] - exit_t * np.sin(hdg1),
-        links.y[exit_] + exit_t * np.cos(hdg1),
+        links.x[exit_] - exit_t * sine(hdg1),
+        links.y[exit_] + exit_t * cosine(hdg1),
         hdg_out,
         radius=_largest_radii(columns, wrapped(hdg_out - hdg_in), street_ends, ends),
     )

@@ -16,6 +16,7 @@ from osm2xodr.curves import (
     curve_ends,
     dubins_without_slivers,
     heading_change,
+    hypot,
     lengths,
     pose,
     repeated,
@@ -113,7 +114,7 @@ def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArra
 
 def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
     """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
-    return np.asarray(np.hypot(*(curve - way)).max(1))
+    return np.asarray(hypot(*(curve - way)).max(1))
 
 
 def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:

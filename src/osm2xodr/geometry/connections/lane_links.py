@@ -13,7 +13,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, wrapped
+from osm2xodr.curves import (
+    cosine,
+    pose,
+    sine,
+    wrapped,
+)
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import (
@@ -109,8 +114,8 @@ def find_lane_links(
         entry.tolist(),
         exit_.tolist(),
         _turns(hdg_in, hdg_out, dx, dy).tolist(),
-        (dy * np.cos(hdg_out) - dx * np.sin(hdg_out)).tolist(),
-        np.cos(hdg[entry] - hdg_out).tolist(),
+        (dy * cosine(hdg_out) - dx * sine(hdg_out)).tolist(),
+        cosine(hdg[entry] - hdg_out).tolist(),
         rule is Rule.LEFT_HAND,
     )
     arms = _Arms(parts, rule)
@@ -138,7 +143,7 @@ def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArr
     """Return the changes of heading, left positive; that of a turn back has the sign of the side of its exit."""
     turn = wrapped(hdg_out - hdg_in)
     back = np.abs(turn) >= _TURN_BACK
-    side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
+    side = dx * sine(hdg_in) - dy * cosine(hdg_in)
     return np.where(back, np.copysign(turn, side), turn)
 
 

@@ -12,14 +12,17 @@ import numpy as np
 
 from osm2xodr.curves import (
     Table,
+    arctan2,
     chain_curves,
     chosen_curves,
+    cosine,
     curve_ends,
     heading_change,
     lengths,
     repeated,
     replace_curves,
     reverse_curves,
+    sine,
     smallest_radius,
     smooth_step,
     stack_plan_views,
@@ -190,8 +193,8 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
         h0, h1 = h0 + np.pi, h1 + np.pi
     total = lengths(axis)
     (ax, ay, _), (bx, by, _) = curve_ends(axis)
-    t0 = (y0 - ay) * np.cos(h0) - (x0 - ax) * np.sin(h0)
-    t1 = (y1 - by) * np.cos(h1) - (x1 - bx) * np.sin(h1)
+    t0 = (y0 - ay) * cosine(h0) - (x0 - ax) * sine(h0)
+    t1 = (y1 - by) * cosine(h1) - (x1 - bx) * sine(h1)
     # Where one record of an axis meets the next, its curves pass, too.
     count = np.diff(axis.start) - 1
     owner = repeated(count)
@@ -201,7 +204,7 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
     t = t0[owner] + (t1 - t0)[owner] * smooth_step(share)
     slope = (t1 - t0)[owner] * 6 * share * (1 - share) / total[owner]
     hdg = axis.hdg[inner]
-    middle = axis.x[inner] - t * np.sin(hdg), axis.y[inner] + t * np.cos(hdg), hdg + np.arctan(slope)
+    middle = axis.x[inner] - t * sine(hdg), axis.y[inner] + t * cosine(hdg), hdg + arctan2(slope, 1.0)
     here, there, first = legs_through((x0, y0, h0), middle, (x1, y1, h1), count)
     pieces = connect(*here, *there)
     if back:

@@ -15,12 +15,14 @@ import numpy as np
 from osm2xodr.curves import (
     Table,
     blocks,
+    cosine,
     owners,
     pose,
     project,
     ranks,
     repeated,
     runs,
+    sine,
     sorted_unique,
     starts,
     unique_inverse,
@@ -185,7 +187,7 @@ class _Arms(Table):
         left, right = np.array([(section.left_edge, section.right_edge) for section in sections]).reshape(-1, 2).T
         x, y, hdg = end_poses(parts, end)
         hdg = hdg + np.where(at_end, np.pi, 0.0)
-        return cls(road, at_end, left, right, x, y, np.cos(hdg), np.sin(hdg)).chosen(each)
+        return cls(road, at_end, left, right, x, y, cosine(hdg), sine(hdg)).chosen(each)
 
     def near(self, pair: IntArray, x: FloatArray, y: FloatArray, reach: FloatArray, more: float = 0.0) -> IntArray:
         """Return which places lie ahead of the road end of their pair and not far aside, or nearly so.
@@ -214,7 +216,7 @@ def _overrun(
     # Both edges of the lane and its middle
     pair, x, y, hdg = (np.repeat(column[near], 3) for column in (pair, x, y, hdg))
     aside = half[pair] * np.tile([-1.0, 0.0, 1.0], len(near))
-    x, y = x - aside * np.sin(hdg), y + aside * np.cos(hdg)
+    x, y = x - aside * sine(hdg), y + aside * cosine(hdg)
     road = arms.road[pair]
     s, t, distance = project(parts.plan_view, road, x, y)
     out = np.where(arms.at_end[pair], parts.length[road] - s, s)

@@ -8,14 +8,19 @@ import numpy as np
 
 from osm2xodr.curves import (
     arc_step,
+    arctan2,
+    cosine,
     curve_ends,
     curves_of,
     dubins_curves,
+    hypot,
     lengths,
     owners,
     pose,
     record_turns,
     replace_curves,
+    sine,
+    slope_of,
     starts,
     wrapped,
 )
@@ -90,15 +95,15 @@ def connect(
     length = np.where(simple[:, None], simple_length, length)
     curvature = np.where(simple[:, None], simple_curvature, curvature)
     x, y, hdg, dx, dy = _starts(x0, y0, hdg0, length, curvature)
-    missed = np.hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
+    missed = hypot(x0 + dx.sum(axis=1) - x1, y0 + dy.sum(axis=1) - y1) > _MISSED_BY
     missed |= length.max(axis=1) > _LONGEST_TANGENT
     straight = np.abs(curvature * length) < _STRAIGHT_BELOW
-    hdg = np.where(straight, np.arctan2(dy, dx), hdg)
-    length = np.where(straight, np.hypot(dx, dy), length)
+    hdg = np.where(straight, arctan2(dy, dx), hdg)
+    length = np.where(straight, hypot(dx, dy), length)
     curvature = np.where(straight, 0.0, curvature)
     line = straight[:, :2].all(axis=1) & ~simple
-    hdg[line, 0] = np.arctan2(y1 - y0, x1 - x0)[line]
-    length[line, 0], length[line, 1] = np.hypot(x1 - x0, y1 - y0)[line], 0.0
+    hdg[line, 0] = arctan2(y1 - y0, x1 - x0)[line]
+    length[line, 0], length[line, 1] = hypot(x1 - x0, y1 - y0)[line], 0.0
     length = np.where(length > _SHORTEST_RECORD, length, 0.0)
     used = length > 0
     s = np.cumsum(length, axis=1) - length
@@ -109,8 +114,8 @@ def connect(
         return plan
     x0, y0, hdg0, x1, y1, hdg1 = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
     other = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=CONNECTING_RADIUS)
-    along = np.hypot(x1 - x0, y1 - y0)[:, None]
-    lines = curves_of(x0, y0, np.arctan2(y1 - y0, x1 - x0), along, np.zeros_like(along))
+    along = hypot(x1 - x0, y1 - y0)[:, None]
+    lines = curves_of(x0, y0, arctan2(y1 - y0, x1 - x0), along, np.zeros_like(along))
     behind = np.flatnonzero(lengths(other) == 0)
     other = replace_curves(other, behind, lines, behind)
     return replace_curves(plan, np.flatnonzero(missed), other, np.arange(len(x0)))
@@ -123,8 +128,8 @@ def _starts(
     zero = np.zeros((len(x0), 1))
     hdg = hdg0[:, None] + np.concatenate([zero, np.cumsum(length * curvature, axis=1)[:, :-1]], axis=1)
     u, v, _ = arc_step(curvature, length)
-    dx = np.cos(hdg) * u - np.sin(hdg) * v
-    dy = np.sin(hdg) * u + np.cos(hdg) * v
+    dx = cosine(hdg) * u - sine(hdg) * v
+    dy = sine(hdg) * u + cosine(hdg) * v
     x = x0[:, None] + np.concatenate([zero, np.cumsum(dx, axis=1)[:, :-1]], axis=1)
     y = y0[:, None] + np.concatenate([zero, np.cumsum(dy, axis=1)[:, :-1]], axis=1)
     return x, y, hdg, dx, dy
@@ -152,7 +157,7 @@ def legs_through(begin: Poses, passed: Poses, end: Poses, count: IntArray) -> tu
 def detours(plan: PlanView) -> BoolArray:
     """Say which curves are far longer than what they bridge, (curves,)."""
     (x0, y0, _), (x1, y1, _) = curve_ends(plan)
-    return lengths(plan) > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
+    return lengths(plan) > _DETOUR * hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
 
 
 def has_kinks(plan: PlanView) -> BoolArray:
@@ -216,10 +221,10 @@ def tangents(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far ahead of poses 0, and behind poses 1, their tangents meet, (n,), m; negative: beyond."""
     vx, vy = x1 - x0, y1 - y0
-    sin = np.sin(wrapped(hdg1 - hdg0))
+    sin = sine(wrapped(hdg1 - hdg0))
     safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)
-    before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
-    after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
+    before = (vx * sine(hdg1) - vy * cosine(hdg1)) / safe
+    after = (cosine(hdg0) * vy - sine(hdg0) * vx) / safe
     return before, after
 
 
@@ -244,7 +249,7 @@ def _line_and_arc(
     size = np.abs(turn)
     unequal = np.abs(before - after)
     found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < LEAST_TURN_BACK)
-    half = np.tan(np.clip(size, 1e-6, 3.1) / 2)
+    half = slope_of(np.clip(size, 1e-6, 3.1) / 2)
     # The detour by the tangents, as a share of the largest arc.
     detour = np.maximum(2 * half / np.maximum(size, 1e-6) - 1, 1e-6)
     touch = np.maximum(most * half, shorter * (1 - (longest - 1) / detour))
@@ -263,10 +268,10 @@ def _biarc(
 ) -> tuple[FloatArray, FloatArray]:
     """Return lengths and curvatures (n, 3) of two arcs; the third record is empty."""
     vx, vy = x1 - x0, y1 - y0
-    tx0, ty0, tx1, ty1 = np.cos(hdg0), np.sin(hdg0), np.cos(hdg1), np.sin(hdg1)
+    tx0, ty0, tx1, ty1 = cosine(hdg0), sine(hdg0), cosine(hdg1), sine(hdg1)
     square = vx * vx + vy * vy
     # 1 - t0·t1, written so that it does not cancel for almost equal headings.
-    apart = 2.0 * np.sin((hdg1 - hdg0) / 2) ** 2
+    apart = 2.0 * sine((hdg1 - hdg0) / 2) ** 2
     along = vx * (tx0 + tx1) + vy * (ty0 + ty1)
     root = np.sqrt(along * along + 2 * apart * square)
     # The stable form of (-along + root) / (2 apart) for either sign of `along`.
@@ -286,7 +291,7 @@ def _biarc(
         )
     ):
         chord2 = np.maximum(wx * wx + wy * wy, 1e-18)
-        turn = 2 * np.arctan2(cross, dot)
+        turn = 2 * arctan2(cross, dot)
         curvature[:, k] = 2 * cross / chord2
         bent = (np.abs(turn) > _NO_ANGLE) & (curvature[:, k] != 0)
         length[:, k] = np.where(bent, turn / np.where(bent, curvature[:, k], 1.0), np.sqrt(chord2))

@@ -8,7 +8,6 @@ record; at signals there is none either. At roundabouts inside a junction who go
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, permutations
@@ -18,7 +17,10 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.conventions import Signs, ranks_at_junction, read_signs
-from osm2xodr.curves import curves_cross
+from osm2xodr.curves import (
+    curves_cross,
+    sine_cosine,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
@@ -133,7 +135,11 @@ def _count_passed(
             sides = [
                 end
                 for end in arms.keys() - {entry, exit_}
-                if not (one_way[entry] and one_way[end] and abs(math.sin(ends.hdg[end] - ends.hdg[entry])) < _ABREAST)
+                if not (
+                    one_way[entry]
+                    and one_way[end]
+                    and abs(sine_cosine(ends.hdg[end] - ends.hdg[entry])[0]) < _ABREAST
+                )
             ]
             ranks = [arm.rank for arm in arms.values()]
             if arms[entry].ring or not all(

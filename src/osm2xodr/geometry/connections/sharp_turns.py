@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    cosine,
     curve_ends,
     dubins_without_slivers,
     heading_at,
     lengths,
     pose,
     replace_curves,
+    sine,
     smallest_radius,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK
@@ -87,7 +89,7 @@ def runs_backwards(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
         (connecting.exit[row], 0, lengths(plan, row)),
     ):
         hdg = end_poses(parts, end)[2] + np.where(end % 2 == inwards, 0.0, np.pi)
-        out[row] |= np.cos(heading_at(plan, row, s) - hdg) < 0.0
+        out[row] |= cosine(heading_at(plan, row, s) - hdg) < 0.0
     return out
 
 
@@ -189,7 +191,7 @@ def _runs_onto(x: FloatArray, y: FloatArray, arm: Poses, section: CrossSection) 
     """Say whether places lie on the carriageway of an arm."""
     arm_x, arm_y, hdg = arm
     dx, dy = x[:, None] - arm_x, y[:, None] - arm_y
-    cos, sin = np.cos(hdg), np.sin(hdg)
+    cos, sin = cosine(hdg), sine(hdg)
     ds = dx * cos + dy * sin
     dt = dy * cos - dx * sin
     beside = (dt < section.left_edge + HALF_NARROW_LANE) & (dt > section.right_edge - HALF_NARROW_LANE)

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    cosine,
     curve_ends,
     find_record,
     heading_at,
@@ -23,6 +24,7 @@ from osm2xodr.curves import (
     ranks,
     repeated,
     replace_curves,
+    sine,
     smallest_radius,
     smooth_step,
     starts,
@@ -204,7 +206,7 @@ def poses_on(
     s = paths.s_from[leg] + sign * (chainage - paths.chainage[leg])
     x, y, hdg = pose(streets, paths.curve[leg], s)
     left = (offset - paths.aside[leg]) * np.where(sign < 0, -1.0, 1.0)
-    return x - left * np.sin(hdg), y + left * np.cos(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
+    return x - left * sine(hdg), y + left * cosine(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
 
 
 def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
@@ -231,7 +233,7 @@ def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
     for share in _STRAY_SHARES:
         px, py, _ = lanes.at_share(todo, np.full(len(todo), share))
         x, y, hdg = pose(direct, row[todo], share * total[todo])
-        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > most[todo]
+        out[todo] = np.abs((py - y) * cosine(hdg) - (px - x) * sine(hdg)) > most[todo]
         todo = todo[~out[todo]]
     return out
 
@@ -252,8 +254,8 @@ def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
     points[start[:-1][owner] + 2 + number] = np.column_stack([px, py])
     for place, x, y in (
         (start[:-1], x0, y0),
-        (start[:-1] + 1, x0 + _STRAIGHT_LEAD * np.cos(h0), y0 + _STRAIGHT_LEAD * np.sin(h0)),
-        (start[1:] - 2, x1 - _STRAIGHT_LEAD * np.cos(h1), y1 - _STRAIGHT_LEAD * np.sin(h1)),
+        (start[:-1] + 1, x0 + _STRAIGHT_LEAD * cosine(h0), y0 + _STRAIGHT_LEAD * sine(h0)),
+        (start[1:] - 2, x1 - _STRAIGHT_LEAD * cosine(h1), y1 - _STRAIGHT_LEAD * sine(h1)),
         (start[1:] - 1, x1, y1),
     ):
         points[place] = np.column_stack([x, y])

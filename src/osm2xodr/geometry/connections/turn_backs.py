@@ -15,8 +15,10 @@ import numpy as np
 
 from osm2xodr.curves import (
     advance,
+    arccosine,
     chain_curves,
     chosen_curves,
+    cosine,
     curve_ends,
     curves_of,
     dubins_without_slivers,
@@ -28,6 +30,8 @@ from osm2xodr.curves import (
     record_turns,
     repeated,
     replace_curves,
+    sine,
+    slope_of,
     smallest_radius,
     sorted_unique,
     starts,
@@ -84,7 +88,7 @@ def turn_back_rows(connecting: ConnectingRoads) -> IntArray:
 def lanes_apart(begin: Poses, end: Poses) -> FloatArray:
     """Return how far the ends of turns back are apart across the axis between their headings, (n,), m."""
     axis = begin[2] + wrapped(end[2] - begin[2] - np.pi) / 2
-    return np.asarray(np.abs((end[1] - begin[1]) * np.cos(axis) - (end[0] - begin[0]) * np.sin(axis)))
+    return np.asarray(np.abs((end[1] - begin[1]) * cosine(axis) - (end[0] - begin[0]) * sine(axis)))
 
 
 def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
@@ -230,13 +234,13 @@ def _swinging(x: FloatArray, y: FloatArray, back: FloatArray) -> tuple[IntArray,
     row, radius, ahead = np.meshgrid(np.arange(len(x)), _RADII, np.arange(0.0, _FARTHEST, _SPACING), indexing="ij")
     cx = np.maximum(x, 0.0)[row] + ahead
     # Where the circle of the turn touches the line through the end, and where that through the start.
-    low = y[row] + np.tan(back)[row] * (cx - x[row]) - radius / np.cos(back)[row]
+    low = y[row] + slope_of(back)[row] * (cx - x[row]) - radius / cosine(back)[row]
     some = low <= radius
     row, cx, r, low = (np.repeat(column[some], _ACROSS) for column in (row, cx, radius, low))
     cy = low + (r - low) * np.tile(np.linspace(0.0, 1.0, _ACROSS), int(some.sum()))
     along, beside = _seen_along(back[row], cx - x[row], cy - y[row])
-    out, into = (np.arccos(np.clip((v + r) / (2 * r), -1.0, 1.0)) for v in (cy, -beside))
-    before, after = cx - 2 * r * np.sin(out), along - 2 * r * np.sin(into)
+    out, into = (arccosine(np.clip((v + r) / (2 * r), -1.0, 1.0)) for v in (cy, -beside))
+    before, after = cx - 2 * r * sine(out), along - 2 * r * sine(into)
     good = (before >= 0.0) & (after >= 0.0) & (out + into < MOST_SWING_BACK / 2)
     length = np.column_stack([before, r * out, r * (np.pi + back[row] + out + into), r * into, after])[good]
     return row[good], length, np.array([0.0, -1.0, 1.0, -1.0, 0.0]) / r[good][:, None]
@@ -244,7 +248,7 @@ def _swinging(x: FloatArray, y: FloatArray, back: FloatArray) -> tuple[IntArray,
 
 def _seen_along(hdg: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return coordinates in frames with these headings."""
-    return x * np.cos(hdg) + y * np.sin(hdg), y * np.cos(hdg) - x * np.sin(hdg)
+    return x * cosine(hdg) + y * sine(hdg), y * cosine(hdg) - x * sine(hdg)
 
 
 def _straight_on(x: FloatArray, y: FloatArray, begin: Poses, end: Poses) -> tuple[IntArray, FloatArray, FloatArray]:

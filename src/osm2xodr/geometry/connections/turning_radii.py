@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import cosine
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import FloatArray, IntArray
@@ -36,7 +37,7 @@ def turning_radii(
     right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
     left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
     beside = np.maximum(np.where(turn < 0, right, left), width / 2)
-    edge = kerb * _SQUARE_CUT / np.maximum(1 - np.cos(turn / 2), 1e-6)
+    edge = kerb * _SQUARE_CUT / np.maximum(1 - cosine(turn / 2), 1e-6)
     stretched = defaults.LARGEST_KERB * edge
     wanted = (
         np.maximum(np.minimum(kerb, edge), np.minimum(defaults.TURNING_RADIUS - width / 2, stretched)) + width / 2
@@ -44,7 +45,7 @@ def turning_radii(
     # The lane nearer to its street's line leaves the carriageways first.
     aside = np.minimum(np.where(turn < 0, t_in, -t_in), np.where(turn < 0, -t_out, t_out))
     half = np.maximum(half_carriageways(ends, entry), half_carriageways(ends, exit_))
-    inside = (half + defaults.OFF_CARRIAGEWAY - aside) / np.maximum(1 - np.cos(turn / 2), 1e-6)
+    inside = (half + defaults.OFF_CARRIAGEWAY - aside) / np.maximum(1 - cosine(turn / 2), 1e-6)
     least = defaults.TURNING_RADIUS_ACUTE
     return np.maximum(np.minimum(wanted, inside), least), np.maximum(np.minimum(stretched + beside, inside), least)
 

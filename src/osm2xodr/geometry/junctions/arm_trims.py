@@ -8,7 +8,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import blocks, sorted_unique, unique_inverse, wrapped
+from osm2xodr.curves import (
+    blocks,
+    cosine,
+    sine,
+    slope_of,
+    sorted_unique,
+    unique_inverse,
+    wrapped,
+)
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -77,7 +85,7 @@ def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
     angle = np.abs(wrapped(ends.hdg[i] - ends.hdg[j]))
     turned = (ends.enters[i] & ends.leaves[j]) | (ends.enters[j] & ends.leaves[i])
     radius = np.minimum(ends.kerb[i], ends.kerb[j])
-    tangent = np.minimum(radius / np.tan(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)
+    tangent = np.minimum(radius / slope_of(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)
     corner = turned & (angle > _LEAST_CORNER) & (angle < _LARGEST_CORNER)
     return np.where(corner, tangent, 0.0)
 
@@ -112,14 +120,14 @@ def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[Flo
         value.reshape(shape) for value in outward_pose(ends, np.repeat(end, len(stations)), on_street.ravel())
     )
     beyond = u - on_street
-    return x + beyond * np.cos(hdg), y + beyond * np.sin(hdg), hdg
+    return x + beyond * cosine(hdg), y + beyond * sine(hdg), hdg
 
 
 def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
     used, number = unique_inverse(np.concatenate([i, j]))
     one, other = number[: len(i)], number[len(i) :]
     x, y, hdg = _samples(ends, used, stations)
-    cos, sin = np.cos(hdg), np.sin(hdg)
+    cos, sin = cosine(hdg), sine(hdg)
     level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used))).reshape(x.shape)
     changed = (level != level[:, :1]) & (stations > _LEVELS_PART_FROM)
     cover, across = np.zeros(len(i)), np.zeros(len(i))

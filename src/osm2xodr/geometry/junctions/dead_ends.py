@@ -9,7 +9,17 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, repeated, starts, unique_rows
+from osm2xodr.curves import (
+    cosine,
+    find_record,
+    lengths,
+    pose,
+    ranks,
+    repeated,
+    sine,
+    starts,
+    unique_rows,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
@@ -45,7 +55,7 @@ def ends_on_streets(fitted: FittedStreets, ends: StreetEnds) -> list[tuple[int, 
         on = np.zeros(len(u), bool)
         x, y, hdg = outward_pose(ends, np.full(len(u), end), u)
         for edge in (float(ends.left[end]), float(ends.right[end])):
-            on |= streets.covers(street, x - edge * np.sin(hdg), y + edge * np.cos(hdg), _GAP)
+            on |= streets.covers(street, x - edge * sine(hdg), y + edge * cosine(hdg), _GAP)
         found.append((end, on))
     return found
 
@@ -95,7 +105,7 @@ class _Streets:
         self.street = repeated(count)
         s = ranks(count) * (length / (count - 1))[self.street]
         x, y, hdg = pose(fitted.plan_view, self.street, s)
-        self._xy, self._along = np.column_stack([x, y]), np.column_stack([np.cos(hdg), np.sin(hdg)])
+        self._xy, self._along = np.column_stack([x, y]), np.column_stack([cosine(hdg), sine(hdg)])
         every = [piece for pieces in fitted.pieces for piece in pieces]
         begin = np.array([first for first, _, _ in every])
         piece = find_record(starts([len(pieces) for pieces in fitted.pieces]), begin, self.street, s)
@@ -117,7 +127,7 @@ class _Streets:
         x, y, hdg = outward_pose(ends, end, np.concatenate([*back, np.zeros(2 * len(found))]))
         middles = np.zeros(len(end) - 2 * len(found))
         aside = np.concatenate([middles, ends.left[found], ends.right[found]])
-        x, y = x - aside * np.sin(hdg), y + aside * np.cos(hdg)
+        x, y = x - aside * sine(hdg), y + aside * cosine(hdg)
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
         asked = cKDTree(np.column_stack([x, y]))
         near = asked.sparse_distance_matrix(cKDTree(self._xy), reach, output_type="ndarray")

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import cosine
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
@@ -124,7 +125,7 @@ def inner_streets(
 def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
     """Say whether a movement turns back from a fast road into its ramp, because the area ends where they part."""
     fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
-    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE
+    back = cosine(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE
     return bool(fast and back and len(layout.arms[item.junction]) == 2)
 
 

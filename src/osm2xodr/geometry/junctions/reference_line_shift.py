@@ -14,14 +14,18 @@ import numpy as np
 
 from osm2xodr.curves import (
     advance,
+    arctan2,
+    cosine,
     curvature_at,
     cut_records,
     end_curvature,
     find_record,
+    hypot,
     lengths,
     owners,
     ranks,
     repeated,
+    sine,
     spirals_between,
     wrapped,
 )
@@ -93,16 +97,16 @@ def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     d = aside[owner]
     share = 1.0 - plan.curvature * d
     length, curvature, rate = plan.length * share, plan.curvature / share, np.zeros(len(d))
-    x, y, hdg = plan.x - d * np.sin(plan.hdg), plan.y + d * np.cos(plan.hdg), plan.hdg
+    x, y, hdg = plan.x - d * sine(plan.hdg), plan.y + d * cosine(plan.hdg), plan.hdg
     k = np.flatnonzero(plan.rate)
     if len(k):
         x1, y1, hdg1 = advance(plan.x[k], plan.y[k], hdg[k], plan.curvature[k], plan.length[k], plan.rate[k])
-        dx, dy = x1 - d[k] * np.sin(hdg1) - x[k], y1 + d[k] * np.cos(hdg1) - y[k]
-        chord = np.arctan2(dy, dx)
+        dx, dy = x1 - d[k] * sine(hdg1) - x[k], y1 + d[k] * cosine(hdg1) - y[k]
+        chord = arctan2(dy, dx)
         before = wrapped(hdg[k] - chord)
         turn = hdg1 - hdg[k]
         shape, longer = spirals_between(before, before + turn)
-        length[k] = np.hypot(dx, dy) * longer
+        length[k] = hypot(dx, dy) * longer
         curvature[k] = (turn - shape) / length[k]
         rate[k] = 2.0 * shape / length[k] ** 2
     same = np.flatnonzero(aside == 0.0)

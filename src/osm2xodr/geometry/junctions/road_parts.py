@@ -9,7 +9,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import curve_ends, cut_curves, lengths, pose, snap_cuts, sorted_unique, wrapped
+from osm2xodr.curves import (
+    cosine,
+    curve_ends,
+    cut_curves,
+    hypot,
+    lengths,
+    pose,
+    snap_cuts,
+    sorted_unique,
+    wrapped,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
@@ -80,7 +90,7 @@ def cut_back_dead_ends(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= -_STRAIGHT_ON:
+            if end != widest and cosine(ends.hdg[end] - ends.hdg[widest]) >= -_STRAIGHT_ON:
                 trim[end] = before.trim[end]
                 way = network.streets[end // 2].attributes_at_end(end).osm_way_id
                 text = "it ends on another road, and is cut back to where it is apart"
@@ -99,7 +109,7 @@ def head_on_ends(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts) -> 
     two = first[np.diff(np.append(first, len(order))) == 2]
     one, other = order[two], order[two + 1]
     free = (layout.junction < 0) & (layout.trim == 0.0) & (parts.road_end >= 0)
-    chosen = free[one] & free[other] & (np.cos(ends.hdg[one] - ends.hdg[other]) <= -_STRAIGHT_ON)
+    chosen = free[one] & free[other] & (cosine(ends.hdg[one] - ends.hdg[other]) <= -_STRAIGHT_ON)
     a, b = parts.road_end[one[chosen]].tolist(), parts.road_end[other[chosen]].tolist()
     return dict(zip(a + b, b + a, strict=True))
 
@@ -191,7 +201,7 @@ def _middles(
 def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
     """Say which curves end where they start, and in the same direction; a line to and fro does not."""
     (x0, y0, hdg0), (x1, y1, hdg1) = curve_ends(plan, curve)
-    return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
+    return (hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 
 def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool, rule: Rule) -> list[Stretch]:

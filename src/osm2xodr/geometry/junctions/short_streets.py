@@ -6,7 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import repeated, unique_counts, wrapped
+from osm2xodr.curves import (
+    cosine,
+    repeated,
+    sine,
+    slope_of,
+    unique_counts,
+    wrapped,
+)
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import defaults
@@ -85,7 +92,7 @@ def _corner_cut(ends: StreetEnds, street: IntArray, wished: FloatArray) -> Float
     driven = (ends.enters[end] & ends.leaves[arm]) | (ends.enters[arm] & ends.leaves[end])
     tangent = np.minimum(wished[arm], ends.length[end] + defaults.KERB_TANGENT_MAX)
     out = np.zeros(len(street))
-    np.maximum.at(out, number, np.where(driven & (turn < LEAST_TURN_BACK), tangent * np.tan(turn / 4), 0.0))
+    np.maximum.at(out, number, np.where(driven & (turn < LEAST_TURN_BACK), tangent * slope_of(turn / 4), 0.0))
     return out
 
 
@@ -105,8 +112,8 @@ def between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
         across = float(ends.hdg[2 * street])
         out[street] = any(
             name == other
-            and np.cos(one - two) < -_CARRIAGEWAYS_COSINE
-            and abs(np.sin(one - across)) > _CARRIAGEWAYS_COSINE
+            and cosine(one - two) < -_CARRIAGEWAYS_COSINE
+            and abs(sine(one - across)) > _CARRIAGEWAYS_COSINE
             for one, name in at.get(int(ends.node[2 * street]), ())
             for two, other in at.get(int(ends.node[2 * street + 1]), ())
         )

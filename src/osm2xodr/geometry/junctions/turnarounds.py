@@ -14,7 +14,15 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import curves_of, ranks, repeated, replace_curves, unique_inverse
+from osm2xodr.curves import (
+    arctan2,
+    curves_of,
+    hypot,
+    ranks,
+    repeated,
+    replace_curves,
+    unique_inverse,
+)
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX
@@ -160,7 +168,7 @@ def _collides(
         return True
     x, y, layer, radius = loop.x, loop.y, loop.layer, loop.radius
     return any(
-        layer == other.layer and math.hypot(x - other.x, y - other.y) < radius + other.radius for other in placed
+        layer == other.layer and float(hypot(x - other.x, y - other.y)) < radius + other.radius for other in placed
     )
 
 
@@ -195,7 +203,7 @@ def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds)
         found = found[~own & (ends.layer[2 * street[found]] == ends.layer[item])]
         from_start, along = place - start[found], (end - start)[found]
         share = (from_start * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
-        distance = np.hypot(*(from_start - np.clip(share, 0.0, 1.0)[:, None] * along).T)
+        distance = hypot(*(from_start - np.clip(share, 0.0, 1.0)[:, None] * along).T)
         out[item] = float((distance - half[street[found]]).min(initial=math.inf))
     return out
 
@@ -205,7 +213,7 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     points = np.concatenate([street.points for street in network.streets])
     owner = repeated([len(street.points) for street in network.streets])
     first = np.flatnonzero(owner[1:] == owner[:-1])
-    size = np.hypot(*(points[first + 1] - points[first]).T)
+    size = hypot(*(points[first + 1] - points[first]).T)
     run = np.cumsum(size) - size
     run -= run[np.searchsorted(owner[first], owner[first])]
     count = np.maximum(np.ceil(size / _PIECE_LENGTH).astype(np.int64), 1)
@@ -243,7 +251,7 @@ def draw_loops(
     radius = half + np.where(wide, aside, 0.0)
     # Circles that touch both the lane and the loop from outside: (radius + ease)² = middle² + (half + ease)².
     ease = np.where(wide, (middle**2 + half**2 - radius**2) / (2 * safe), 1.0)
-    bend = np.where(wide, np.arctan2(middle, half + ease), 0.0)
+    bend = np.where(wide, arctan2(middle, half + ease), 0.0)
     sign = -1.0 if left else 1.0
     curvature = sign * np.column_stack([-1 / ease, 1 / radius, -1 / ease])
     length = np.column_stack([ease * bend, radius * (np.pi + 2 * bend), ease * bend])

@@ -14,7 +14,11 @@ from operator import attrgetter
 import numpy as np
 
 from osm2xodr.conventions import find_country, read_signs
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import (
+    cosine,
+    sine,
+    wrapped,
+)
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions import defaults
@@ -119,7 +123,7 @@ def _between_carriageways(
     x1, y1, h1 = outward_pose(ends, exit_, layout.trim[exit_])
     back = np.abs(wrapped(h1 - h0 - np.pi)) >= LEAST_TURN_BACK
     # Left of the outward direction is right of traffic that comes in.
-    left = (x1 - x0) * np.sin(h0) - (y1 - y0) * np.cos(h0)
+    left = (x1 - x0) * sine(h0) - (y1 - y0) * cosine(h0)
     oncoming = left < 0 if network.rule is Rule.LEFT_HAND else left > 0
     some = np.flatnonzero(one_way[entry] & one_way[exit_] & back & oncoming & (entry != exit_))
     return np.asarray(some[np.array([_one_road(network, ends, movements[k]) for k in some.tolist()], bool)])
@@ -160,7 +164,7 @@ def _lanes_apart(
     x1, y1, h1 = outward_pose(ends, exit_, layout.trim[exit_])
     axis = h0 + wrapped(h1 - h0) / 2
     # Left of the outward direction. Oncoming traffic is on the right of it where traffic keeps to the right.
-    lines = (y1 - y0) * np.cos(axis) - (x1 - x0) * np.sin(axis)
+    lines = (y1 - y0) * cosine(axis) - (x1 - x0) * sine(axis)
     side, inner = (1.0, -1) if rule is Rule.LEFT_HAND else (-1.0, 0)
     out = []
     for item, between in zip(u_turns, lines.tolist(), strict=True):

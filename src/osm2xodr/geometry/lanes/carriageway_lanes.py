@@ -198,7 +198,9 @@ def gentle_step(s: float, length: float, start: float, end: float) -> list[Cubic
     It is 32 times the change by the cube of the length, to and fro over a quarter, a half and a quarter of it.
     """
     rise = end - start
-    slope, bend, third = rise / length, 4 * rise / length**2, 16 / 3 * rise / length**3
+    slope = rise / length
+    bend = 4 * slope / length
+    third = 4 / 3 * bend / length
     return [
         Cubic(s, start, 0.0, 0.0, third),
         Cubic(s + length / 4, start + rise / 12, slope, bend, -third),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
+from osm2xodr.curves import cube_root
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, lanes_of
 from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
@@ -68,7 +69,7 @@ class LaneChange:
         if not self.beside or self.shift < _NO_SHIFT:
             return 0.0
         speed = defaults.TOWN_SPEED if self.speed is None else self.speed
-        return float(min(speed, defaults.SHIFT_SPEED) * (32 * self.shift / defaults.SHIFT_JERK) ** (1 / 3))
+        return float(min(speed, defaults.SHIFT_SPEED) * cube_root(32 * self.shift / defaults.SHIFT_JERK))
 
 
 def taper_ratio(speed: float | None) -> float:

@@ -6,7 +6,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import pose, project, repeated, runs, smooth_step, sorted_unique, unique_inverse
+from osm2xodr.curves import (
+    cosine,
+    pose,
+    project,
+    repeated,
+    runs,
+    sine,
+    smooth_step,
+    sorted_unique,
+    unique_inverse,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -34,7 +44,7 @@ def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[F
     x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * PROBES).ravel())
     t = at_probes(start, end).ravel()
     shape = len(rows.length), len(PROBES)
-    return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
+    return (x - t * sine(hdg)).reshape(shape), (y + t * cosine(hdg)).reshape(shape)
 
 
 def onto_lanes(

@@ -12,7 +12,15 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from osm2xodr.curves import Table, sorted_unique, unique_all, wrapped
+from osm2xodr.curves import (
+    Table,
+    arctan2,
+    cosine,
+    sine,
+    sorted_unique,
+    unique_all,
+    wrapped,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults
@@ -156,11 +164,11 @@ def arms_in_order(parts: RoadParts, walks: Iterable[tuple[int, int]], sense: int
     x, y, hdg = end_poses(parts, arms)
     sections = [parts.at_end(end).section for end in arms.tolist()]
     middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
-    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
+    x, y = x - middle * sine(hdg), y + middle * cosine(hdg)
     junction = end_junction[arms]
     _, _, group, count = unique_all(junction)
     cx, cy = np.bincount(group, x) / count, np.bincount(group, y) / count
-    angle = sense * wrapped(np.arctan2(y - cy[group], x - cx[group]))
+    angle = sense * wrapped(arctan2(y - cy[group], x - cx[group]))
     order = np.lexsort((arms, angle, junction))
     for rows in np.split(order, np.cumsum(count)[:-1]):
         listed = arms[rows].tolist()

@@ -8,7 +8,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, curve_ends, pose, ranks, repeated, starts
+from osm2xodr.curves import (
+    arctan2,
+    chain_curves,
+    cosine,
+    curve_ends,
+    pose,
+    ranks,
+    repeated,
+    sine,
+    starts,
+)
 from osm2xodr.geometry.connections import ConnectingRoads, Poses, connect, legs_through
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView, Rule
@@ -64,7 +74,7 @@ def _room_needed(rows: ConnectingRoads, cars: ConnectingRoads, outwards: float) 
     out = []
     for row, near in enumerate(map(slice, first, last)):
         dx, dy = cx[near] - x[row, :, None], cy[near] - y[row, :, None]
-        sin, cos = np.sin(hdg[row])[:, None], np.cos(hdg[row])[:, None]
+        sin, cos = sine(hdg[row])[:, None], cosine(hdg[row])[:, None]
         middle, along = outwards * (dy * cos - dx * sin), dx * cos + dy * sin
         out.append(_beyond_lanes(middle, along, half[row] + wide[near], at[row]))
     return out
@@ -102,5 +112,5 @@ def _places(
         t[:, first:last] = outwards * np.interp(at[:, first:last], known, np.concatenate([[0.0], out[k], [0.0]]))
     places = pose(rows.plan_view, np.tile(chosen[of], 3), at.ravel())
     x, y, hdg = (np.reshape(column, at.shape) for column in places)
-    x, y = x - t * np.sin(hdg), y + t * np.cos(hdg)
-    return (x[1], y[1], np.arctan2(y[2] - y[0], x[2] - x[0])), many
+    x, y = x - t * sine(hdg), y + t * cosine(hdg)
+    return (x[1], y[1], arctan2(y[2] - y[0], x[2] - x[0])), many

@@ -13,7 +13,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import heading_at, pose, project, smooth_step
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    heading_at,
+    hypot,
+    pose,
+    project,
+    sine,
+    smooth_step,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -71,7 +80,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
     narrower = np.minimum(first.full, second.full)
     width = _rounded(share * np.minimum(np.where(facing, less - slack, np.inf), narrower))
     (x0, y0, _), (x1, y1, _) = first.places(), second.places()
-    enough = (np.hypot(x1 - x0, y1 - y0)[:, 0] <= _LARGEST_TIP) | (width >= _LEAST_PATH)
+    enough = (hypot(x1 - x0, y1 - y0)[:, 0] <= _LARGEST_TIP) | (width >= _LEAST_PATH)
     # What is left of its way beyond the first one's end: straight on, then round the tip.
     straight = np.where(
         facing, np.maximum(first.ahead(*second.aside(width[:, None], np.zeros((len(width), 1)))), 0.0), 0.0
@@ -138,13 +147,13 @@ class _Kerbs:
         x, y, hdg = (item.reshape(u.shape) for item in (x, y, hdg))
         t, away = self.t[:, None], hdg + np.where(out, np.pi, 0.0)[:, None]
         before = np.minimum(u, 0.0)
-        return x - t * np.sin(hdg) + before * np.cos(away), y + t * np.cos(hdg) + before * np.sin(away), away
+        return x - t * sine(hdg) + before * cosine(away), y + t * cosine(hdg) + before * sine(away), away
 
     def aside(self, width: FloatArray, u: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Return x and y so far beyond the kerbs, m, all (n, m)."""
         x, y, hdg = self.places(u)
         left = (self.side * np.where(self.end % 2 == 1, -1.0, 1.0))[:, None]
-        return x - left * width * np.sin(hdg), y + left * width * np.cos(hdg)
+        return x - left * width * sine(hdg), y + left * width * cosine(hdg)
 
     def beside(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return how far from the end, and how far beyond the kerb, places lie, m, and the heading there, (n, m)."""
@@ -160,7 +169,7 @@ class _Kerbs:
     def ahead(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return how far places (n, 1) lie beyond the end of the road, in its direction there, (n,), m."""
         x0, y0, hdg = self.places(np.zeros_like(x))
-        return np.asarray(((x0 - x) * np.cos(hdg) + (y0 - y) * np.sin(hdg))[:, 0])
+        return np.asarray(((x0 - x) * cosine(hdg) + (y0 - y) * sine(hdg))[:, 0])
 
     def shared(self, other: _Kerbs) -> FloatArray:
         """Return how wide a sidewalk may be beside each place, (n, m), m: up to the middle, or the other's back edge.
@@ -169,7 +178,7 @@ class _Kerbs:
         """
         x, y, hdg = self.places()
         _, room, there = other.beside(x, y)
-        cos = np.cos(hdg - there)
+        cos = cosine(hdg - there)
         middle = room / np.maximum(1.0 + cos, _TOLERANCE)
         over = room - other.full[:, None]
         whole = np.where(cos > _TOLERANCE, over / np.maximum(cos, _TOLERANCE), np.where(over >= 0.0, np.inf, -np.inf))
@@ -180,7 +189,7 @@ def _facing(one: _Kerbs, other: _Kerbs) -> tuple[BoolArray, FloatArray]:
     """Say whether the place between two kerbs is narrow: they part at an acute angle, rad, or nearly side by side."""
     away, there = one.places()[2][:, 0], other.places()[2][:, 0]
     left = one.side * np.where(one.end % 2 == 1, -1.0, 1.0)
-    angle = np.arctan2(left * np.sin(there - away), np.cos(there - away))
+    angle = arctan2(left * sine(there - away), cosine(there - away))
     return (angle < _LARGEST_ANGLE) & (angle > -_MOST_CLOSING), angle
 
 

@@ -11,9 +11,11 @@ import numpy as np
 from osm2xodr.curves import (
     Table,
     chosen_curves,
+    cosine,
     curve_ends,
     dubins_without_slivers,
     end_curvature,
+    hypot,
     join_tables,
     lengths,
     owners,
@@ -23,6 +25,7 @@ from osm2xodr.curves import (
     replace_curves,
     reverse_curves,
     runs,
+    sine,
     smallest_radius,
     smooth_step,
     unique_first,
@@ -190,7 +193,7 @@ def _paths(corners: Corners, beside: _Beside, parts: RoadParts, cars: Connecting
     sides = zip((corners.entry, corners.exit), _own_lines(corners), (1, 0), strict=True)
     for end, t, inwards in sides:
         x, y, hdg = end_poses(parts, end)
-        x, y = x - t * np.sin(hdg), y + t * np.cos(hdg)
+        x, y = x - t * sine(hdg), y + t * cosine(hdg)
         poses += [x, y, hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     source = np.maximum(beside.row, 0)
     plan = chosen_curves(cars.plan_view, source)
@@ -288,7 +291,7 @@ def _passable(
     """
     plan = rows.plan_view
     (x0, y0, _), (x1, y1, _) = curve_ends(plan)
-    good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
+    good = rows.length <= defaults.CORNER_DETOUR * hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= ~_folds(rows)
     # Turns back and forth, beyond the turn that the curve makes.
     owner, turn = owners(plan.start), record_turns(plan)

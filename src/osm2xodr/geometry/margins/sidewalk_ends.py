@@ -9,7 +9,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, pose, record_ends, smooth_cubic, smooth_step, unique_inverse
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    pose,
+    record_ends,
+    sine,
+    sine_cosine,
+    smooth_cubic,
+    smooth_step,
+    unique_inverse,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -27,7 +37,7 @@ _PART: Final = 0.5
 _COMPARED: Final = 0.6
 # Those that end where the arm does have a quarter of an ellipse there, through these angles, as long as they are
 # wide, and no longer than this share of their road. Choices.
-_ROUND: Final = tuple(math.radians(angle) for angle in (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0))
+_ROUND: Final = tuple(sine_cosine(math.radians(angle)) for angle in (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0))
 _ROUND_SHARE: Final = 0.3
 # They are so wide at their tip, m: rounded numbers in the file may not lead below 0.
 _ROUND_TIP: Final = 0.001
@@ -112,7 +122,7 @@ def round_off(
         here = beside[-(end % 2)]
         width = next(item.width for item in here.strips(side) if item.type is LaneType.SIDEWALK)
         length = min(width, _ROUND_SHARE * float(parts.length[end // 2]))
-        widths = tuple((length * (1.0 - math.cos(turn)), max(width * math.sin(turn), _ROUND_TIP)) for turn in _ROUND)
+        widths = tuple((length * (1.0 - cos), max(width * sin, _ROUND_TIP)) for sin, cos in _ROUND)
         kept = (item for item in here.wedges if not item.lies_at(end, side))
         last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, widths)))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
@@ -217,7 +227,7 @@ def _have_room(ends: SidewalkEnds, parts: RoadParts, cars: ConnectingRoads) -> B
     t = ends.side[:, None] * (inner + outer) / 2
     # Behind that, the first place counts again.
     at = np.where(PROBES <= _COMPARED, np.arange(len(PROBES)), 0)
-    x, y = (x - t * np.sin(hdg))[:, at], (y + t * np.cos(hdg))[:, at]
+    x, y = (x - t * sine(hdg))[:, at], (y + t * cosine(hdg))[:, at]
     return np.asarray(
         ~_fold(ends, rows) & ~onto_lanes(rows, cars, x, y, np.zeros_like(x)) & ~onto_roads(rows.junction, parts, x, y)
     )

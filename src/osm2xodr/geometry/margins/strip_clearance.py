@@ -9,7 +9,16 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, pose, ranks, repeated, starts
+from osm2xodr.curves import (
+    cosine,
+    find_record,
+    pose,
+    ranks,
+    repeated,
+    sine,
+    slope_of,
+    starts,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -119,18 +128,18 @@ def _parallel_roads(
     # b in the frame of a, m, rad.
     turn = hdg[b] - hdg[a]
     dx, dy = x[b] - x[a], y[b] - y[a]
-    ds = dx * np.cos(hdg[a]) + dy * np.sin(hdg[a])
-    dt = dy * np.cos(hdg[a]) - dx * np.sin(hdg[a])
-    abreast = np.abs(np.sin(turn)) < defaults.MARGIN_ALONG_SINE
+    ds = dx * cosine(hdg[a]) + dy * sine(hdg[a])
+    dt = dy * cosine(hdg[a]) - dx * sine(hdg[a])
+    abreast = np.abs(sine(turn)) < defaults.MARGIN_ALONG_SINE
     abreast &= np.abs(ds) <= 0.5 * np.maximum(step[a], step[b]) + _ABREAST_SLACK
     a, b, ds, dt, turn = a[abreast], b[abreast], ds[abreast], dt[abreast], turn[abreast]
     # Where the line of b crosses the perpendicular to a.
-    dt = dt - ds * np.tan(turn)
-    same_way = np.cos(turn) > 0
+    dt = dt - ds * slope_of(turn)
+    same_way = cosine(turn) > 0
     at_left = dt > 0
     edge = np.where(at_left, edges.left[stretch[a]], -edges.right[stretch[a]])
     facing = np.where(at_left == same_way, -edges.right[stretch[b]], edges.left[stretch[b]])
-    room = np.abs(dt) - facing / np.abs(np.cos(turn)) - PARALLEL_GAP - edge
+    room = np.abs(dt) - facing / np.abs(cosine(turn)) - PARALLEL_GAP - edge
     widest = np.zeros(len(margins))
     for k in np.flatnonzero(with_any).tolist():
         widest[k] = max(max(item.width(1), item.width(-1)) for item in margins[k])

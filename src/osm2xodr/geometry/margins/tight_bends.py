@@ -7,7 +7,15 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from osm2xodr.curves import owners, pose, ranks, repeated, sharpest_curvature
+from osm2xodr.curves import (
+    cosine,
+    owners,
+    pose,
+    ranks,
+    repeated,
+    sharpest_curvature,
+    sine,
+)
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch
@@ -161,7 +169,7 @@ def _reaches(parts: RoadParts, bends: Sequence[TightBend]) -> list[tuple[FloatAr
     bend = repeated(count)
     s = lo[bend] + ranks(count) * ((hi - lo) / (count - 1))[bend]
     x, y, hdg = pose(parts.plan_view, road[bend], s)
-    normal = side[bend, None] * np.column_stack([-np.sin(hdg), np.cos(hdg)])
+    normal = side[bend, None] * np.column_stack([-sine(hdg), cosine(hdg)])
     places = np.column_stack([x, y]) + edge[bend, None] * normal
     borders = np.cumsum(count)[:-1]
     parted = zip(*(np.split(array, borders) for array in (s, places, normal)), strict=True)

@@ -7,7 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, advance, end_curvature, find_record, places_along, smooth_step
+from osm2xodr.curves import (
+    Table,
+    advance,
+    cosine,
+    end_curvature,
+    find_record,
+    places_along,
+    sine,
+    smooth_step,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
@@ -122,7 +131,7 @@ class CrossSections(Table):
         ds, rate = s - plan.s[record], plan.rate[record]
         x, y, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], ds, rate)
         curvature = plan.curvature[record] + rate * ds
-        nx, ny = -np.sin(hdg), np.cos(hdg)
+        nx, ny = -sine(hdg), cosine(hdg)
         count = np.bincount(road, minlength=len(edges.length))
         apart = (edges.length / (count - 1))[road]
         left, right = edges.at(road, s)

@@ -8,7 +8,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, rays_to_segments, repeated, starts
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    ranks,
+    rays_to_segments,
+    repeated,
+    sine,
+    starts,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.pavement import defaults
@@ -82,14 +90,14 @@ class Faces:
         ends, *columns = zip(*found, strict=True)
         end = np.array(ends, np.int64)
         u0, u1, t0, t1 = (np.array(column) for column in columns)
-        count = np.ceil(np.hypot(u1 - u0, t1 - t0) / (_PLACES_PER_CELL * defaults.GAP_CELL)).astype(np.int64) + 1
+        count = np.ceil(hypot(u1 - u0, t1 - t0) / (_PLACES_PER_CELL * defaults.GAP_CELL)).astype(np.int64) + 1
         row = repeated(count)
         share = ranks(count) / (count - 1)[row]
         at_end = end % 2 == 1
         x, y, hdg = end_poses(parts, end)
         u = (u0[row] + share * (u1 - u0)[row]) * np.where(at_end, 1.0, -1.0)[row]
         t = t0[row] + share * (t1 - t0)[row]
-        cos, sin = np.cos(hdg)[row], np.sin(hdg)[row]
+        cos, sin = cosine(hdg)[row], sine(hdg)[row]
         numbers = np.array([junction[item] for item in ends], np.int64)
         px, py = x[row] + u * cos - t * sin, y[row] + u * sin + t * cos
         begin = starts(count)

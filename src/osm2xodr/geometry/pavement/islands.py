@@ -10,7 +10,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import rays_to_segments, unique_first
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+    rays_to_segments,
+    sine,
+    unique_first,
+)
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray
@@ -81,7 +87,7 @@ def ring_of(body: BoolArray, cell: float, inset: float) -> FloatArray:
     """Return the smoothed outline of connected cells of a size, so far within them, counter-clockwise, (n, 2), m."""
     ring = _smoothed(_outline(body)) * cell
     along = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
-    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    along /= np.maximum(hypot(*along.T), 1e-9)[:, None]
     ring += inset * np.column_stack([-along[:, 1], along[:, 0]])
     return _simplified(ring, defaults.ISLAND_TOLERANCE)
 
@@ -138,11 +144,11 @@ def _smoothed(ring: FloatArray) -> FloatArray:
 
 def _simplified(ring: FloatArray, tolerance: float) -> FloatArray:
     """Return a ring with fewer corners, by Douglas and Peucker (1973) from its farthest corners on."""
-    start = int(np.argmax(np.hypot(*(ring - ring.mean(axis=0)).T)))
+    start = int(np.argmax(hypot(*(ring - ring.mean(axis=0)).T)))
     ring = np.roll(ring, -start, axis=0)
     ring = np.concatenate([ring, ring[:1]])
     keep = np.zeros(len(ring), bool)
-    opposite = int(np.argmax(np.hypot(*(ring - ring[0]).T)))
+    opposite = int(np.argmax(hypot(*(ring - ring[0]).T)))
     keep[[0, opposite, -1]] = True
     spans = [(0, opposite), (opposite, len(ring) - 1)]
     while spans:
@@ -150,7 +156,7 @@ def _simplified(ring: FloatArray, tolerance: float) -> FloatArray:
         if b - a < 2:
             continue
         along, off = ring[b] - ring[a], ring[a + 1 : b] - ring[a]
-        aside = np.abs(along[0] * off[:, 1] - along[1] * off[:, 0]) / max(float(np.hypot(*along)), 1e-9)
+        aside = np.abs(along[0] * off[:, 1] - along[1] * off[:, 0]) / max(float(hypot(*along)), 1e-9)
         k = int(aside.argmax())
         if aside[k] > tolerance:
             keep[a + 1 + k] = True
@@ -162,9 +168,9 @@ def is_island(hole: Hole, begin: FloatArray, end: FloatArray) -> bool:
     """Say whether street lines, from begin to end (n, 2), go round a hole, and it fills most of what they leave."""
     place = hole.corners.mean(axis=0)
     angle = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
-    far = rays_to_segments(place[None], np.column_stack([np.cos(angle), np.sin(angle)]), begin, end)
+    far = rays_to_segments(place[None], np.column_stack([cosine(angle), sine(angle)]), begin, end)
     far = np.where(far > 0.0, far, np.inf).min(axis=1, initial=np.inf)
     if not np.isfinite(far).all():
         return False
-    within = 0.5 * float((far * np.roll(far, -1)).sum()) * np.sin(2.0 * np.pi / _RAYS)
+    within = 0.5 * float((far * np.roll(far, -1)).sum()) * sine(2.0 * np.pi / _RAYS)
     return bool(hole.area >= defaults.ISLAND_SHARE * within)

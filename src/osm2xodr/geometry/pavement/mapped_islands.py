@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
     cubic_value,
+    hypot,
     inside_outline,
     lengths,
     profile_of,
@@ -65,7 +66,7 @@ def raised_islands(
     for area in areas:
         ring = area.points[:-1]
         middle = ring.mean(axis=0)
-        reach = float(np.hypot(*(ring - middle).T).max()) + _REACH
+        reach = float(hypot(*(ring - middle).T).max()) + _REACH
         near = sorted_unique(curve[tree.query_ball_point(middle, reach)])
         found = list(_on_roads(area, near, road_map, ends)) if len(near) else []
         mapped += found
@@ -141,7 +142,7 @@ def _on_tracks(x: FloatArray, y: FloatArray, tracks: FloatArray) -> BoolArray:
     for x0, y0, x1, y1 in tracks[near].tolist():
         dx, dy = x1 - x0, y1 - y0
         share = np.clip(((x - x0) * dx + (y - y0) * dy) / max(dx * dx + dy * dy, 1e-12), 0.0, 1.0)
-        out |= np.hypot(x - x0 - share * dx, y - y0 - share * dy) < reach
+        out |= hypot(x - x0 - share * dx, y - y0 - share * dy) < reach
     return out
 
 

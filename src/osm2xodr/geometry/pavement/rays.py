@@ -8,7 +8,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.curves import Table, heading_at, join_tables, project
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    heading_at,
+    join_tables,
+    project,
+    sine,
+)
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
@@ -122,7 +129,7 @@ def meet(
         outside = np.where(beyond_left, aside - left, right - aside)
         hdg = heading_at(roads.plan_view, road, s)
         # How much nearer to that edge a step along the ray gets.
-        nearer = sign * (sections.ny[k] * np.cos(hdg) - sections.nx[k] * np.sin(hdg))
+        nearer = sign * (sections.ny[k] * cosine(hdg) - sections.nx[k] * sine(hdg))
         nearer = np.where(beyond_left, -nearer, nearer)
         good = (np.abs(distance - np.abs(aside)) < _ABREAST) & (nearer > _LEAST_SINE)
         met[rows] = good

@@ -7,6 +7,7 @@ after Moreton and Séquin 1992, doi:10.1145/142920.134035): a circle where a cir
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -274,7 +275,8 @@ def _smoothness(spline: _Spline, closed: bool, weight: float) -> FloatArray:
     if not closed:
         change = change[:-1]
     out = np.zeros((len(change), arcs + 4))
-    out[:, 3:-1] = change * np.sqrt(weight * (radius / spline.step) ** 5 * spline.step**2)
+    steps = radius / spline.step
+    out[:, 3:-1] = change * (steps * steps * spline.step * math.sqrt(weight * steps))
     return out
 
 

@@ -7,7 +7,11 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import owners, sorted_unique
+from osm2xodr.curves import (
+    cube_root,
+    owners,
+    sorted_unique,
+)
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.banded import solve_banded
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
@@ -53,8 +57,7 @@ def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) ->
         bad = (excess > 1.0) | (sharper > 1.0)
         if not bad.any():
             break
-        # Powers have other last digits on other machines.
-        most = np.round(np.maximum(excess[bad] ** (1 / 3), sharper[bad] ** 4), 6)
+        most = np.maximum(cube_root(excess[bad]), np.square(np.square(sharper[bad])))
         factor = np.clip(1.0 / np.maximum(most, 1.0), *_SHRINK)
         shrunk = scale[row]
         shrunk[bad] = np.maximum(shrunk[bad] * factor, _SHORTEST)

@@ -12,7 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import hypot
+from osm2xodr.curves import (
+    cosine,
+    hypot,
+)
 from osm2xodr.model import FloatArray, IntArray
 
 # How far out at sea the driving side is that of the nearest country, m; a choice.
@@ -73,7 +76,7 @@ def find_place(lat_deg: float, lon_deg: float) -> Place:
         found = int(inside[np.argmin(area[inside])])
         return Place(borders.codes[found], borders.drives_left[found])
     east = (borders.x1 - lon_deg + 180.0) % 360.0 - 180.0
-    distance = hypot(east * math.cos(math.radians(lat_deg)), borders.y1 - lat_deg)
+    distance = hypot(east * cosine(math.radians(lat_deg)), borders.y1 - lat_deg)
     nearest = int(np.argmin(distance))
     if distance[nearest] * _METRES_PER_DEGREE > _COUNTRY_REACH:
         return Place("", None)

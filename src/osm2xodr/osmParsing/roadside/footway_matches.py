@@ -10,7 +10,10 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import repeated
+from osm2xodr.curves import (
+    cosine,
+    repeated,
+)
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines
@@ -30,6 +33,8 @@ _LEVEL_SCALE: Final = 100.0
 _SEARCH_RADIUS: Final = FOOTWAY_BESIDE + 7.0
 # Number of nearest points among which the nearest edge is chosen.
 _CANDIDATES: Final = 4
+# Distances from edges that are equal to so many decimals of a metre are the same.
+_SAME_DECIMALS: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,9 +84,10 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     beside = (away * outwards[number]).sum(axis=2)
     ahead = (away * edge_along[number]).sum(axis=2)
     same_way = (lines.along[foot][:, None] * edge_along[number]).sum(axis=2)
-    fits = (number >= 0) & (np.abs(same_way) >= math.cos(math.radians(_ANGLE_MAX_DEG)))
+    fits = (number >= 0) & (np.abs(same_way) >= cosine(math.radians(_ANGLE_MAX_DEG)))
     fits &= (beside >= -_OVERLAP_MAX) & (beside <= FOOTWAY_BESIDE) & (np.abs(ahead) <= BESIDE_SPACING)
-    best = np.argmin(np.where(fits, np.abs(beside), np.inf), axis=1)
+    # Points of one straight edge are equally near: rounding must not choose among them, but who is abreast.
+    best = np.argmin(np.where(fits, np.round(np.abs(beside), _SAME_DECIMALS), np.inf), axis=1)
     row = np.flatnonzero(fits.any(axis=1))
     best = best[row]
     foot, nearest, beside, same_way = foot[row], number[row, best], beside[row, best], same_way[row, best]

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from osm2xodr.conventions import KMH, MPH, SPEED_UNITS, find_country
+from osm2xodr.curves import slope_of
 from osm2xodr.defaults import WALKING_SPEED_KMH
 from osm2xodr.diagnostics import Kind
 
@@ -173,7 +174,7 @@ def parse_grade(text: str) -> float | None:
     if not found:
         return None
     value = _number(found[2]) * (-1.0 if found[1] == "-" else 1.0)
-    grade = math.tan(math.radians(value)) if found[3] in ("°", "deg") and abs(value) < 90.0 else value / 100.0
+    grade = float(slope_of(math.radians(value))) if found[3] in ("°", "deg") and abs(value) < 90.0 else value / 100.0
     return grade if abs(grade) <= _GRADE_PLAUSIBLE_MAX else None
 
 
