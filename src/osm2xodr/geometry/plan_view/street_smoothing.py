@@ -199,10 +199,12 @@ def _places(
         found = ways.get((curve, lo))
         before, after = (np.array([0.0, hi - lo]),) * 2 if found is None else found
         rows.setdefault(curve, []).append((before + lo, after + begin[k]))
+    # Where two parts meet, rounding must not lead back.
     return {
-        curve: items[0]
-        if len(items) == 1
-        else (np.concatenate([a for a, _ in items]), np.concatenate([b for _, b in items]))
+        curve: (
+            np.maximum.accumulate(np.concatenate([a for a, _ in items])),
+            np.maximum.accumulate(np.concatenate([b for _, b in items])),
+        )
         for curve, items in rows.items()
     }
 
