@@ -68,12 +68,6 @@ def error_line(text: str) -> str:
     return found[1]
 
 
-@pytest.fixture(autouse=True)
-def no_lines_of_progress(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep lines of progress out of what is compared: slow machines would have some."""
-    monkeypatch.setattr("osm2xodr.system.progress._SOON", 1e9)
-
-
 # ---------------------------------------------------------------- what works
 
 

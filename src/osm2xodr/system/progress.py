@@ -2,7 +2,7 @@
 
 Whatever works calls `stage` and `advance`, which do nothing unless a command shows them. Terminals show one line that
 is rewritten. Elsewhere a line is written when a stage begins, and every ten seconds, and none at all by commands that
-are done within two seconds.
+are done within ten seconds.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final, TextIO
 
-# Commands that take less are over before a line is read, s; lines beyond terminals are at least so far apart, s, and
-# those of terminals, s. Choices.
-_SOON: Final = 2.0
+# Time from which how much longer it takes can be told, s; lines beyond terminals are at least so far apart, and from
+# the start of the command, s; those of terminals, s. Choices.
+_TELLING: Final = 2.0
 _APART: Final = 10.0
 _REWRITTEN: Final = 0.1
 # Below this share of the work the time that is left is anybody's guess.
@@ -106,7 +106,7 @@ class Progress:
         if self._live and (at_once or now - self._printed >= _REWRITTEN):
             self._stream.write(f"\r\x1b[K{text} …{_state(share, now - start)}")
             self._written = True
-        elif self._plain and now - self._start >= _SOON and (at_once or now - self._printed >= _APART):
+        elif self._plain and now - self._start >= _APART and (at_once or now - self._printed >= _APART):
             self._stream.write(f"osm2xodr: {text}{_state(share, now - start)}\n")
         else:
             return
@@ -119,7 +119,7 @@ def _state(share: float | None, seconds: float) -> str:
     if share is None:
         return ""
     done = f" {100.0 * share:.0f} %"
-    if seconds < _SOON or share < _LEAST_SHARE or share >= 1.0:
+    if seconds < _TELLING or share < _LEAST_SHARE or share >= 1.0:
         return done
     return f"{done}, {time_left(seconds * (1.0 - share) / share)}"
 
