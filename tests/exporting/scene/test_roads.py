@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import shapely
 from scene_cases import STREET, crossing
-from xodr_text import document, read_text, road
+from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, section
 
-from osm2xodr.exporting.scene import overlaps
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 
@@ -81,8 +79,41 @@ def test_lone_roads_keep_their_stations(tmp_path: Path) -> None:
     np.testing.assert_allclose(surface.uv[:, 1], surface.vertices[:, 1], atol=1e-9)
 
 
-def test_common_slivers_thinner_than_the_grid_have_no_cells() -> None:
-    one, other = (shapely.box(0.0, 0.0, width, 1.0) for width in (0.1 * overlaps.GRID, 1.0))
-    assert list(overlaps._areas(np.array([one]), np.array([0]), [0])) == []
-    ((cells, kind),) = overlaps._areas(np.array([other]), np.array([0]), [0])
-    assert (float(shapely.area(cells).sum()), kind) == (1.0, 0)
+LANES = section(0.0, lane(1, (0, 3.5)), lane(-1, (0, 3.5)))
+
+
+def test_narrow_gaps_between_roads_are_closed(tmp_path: Path) -> None:
+    # Two roads 0.1 m apart, and two across their ends.
+    along = [road(str(y), geometry(LINE, 50.0, y=y), 50.0, lanes=LANES) for y in (0.0, 7.1)]
+    across = [
+        road(f"1{x}", geometry(LINE, 40.0, x=x, y=-15.0, hdg=np.pi / 2), 40.0, lanes=LANES) for x in (0.0, 50.0)
+    ]
+    surface = road_surface(read_text(tmp_path, document(*along, *across)), 0.05, 10.0)
+    assert areas(surface)["driving"] == pytest.approx(2 * 40.0 * 7.0 + 43.0 * 14.1, abs=0.01)
+    rim = rim_of(surface)
+    assert not (np.abs(surface.vertices[rim.edges].mean(1)[:, :2] - [25.0, 3.55]) < [20.0, 1.0]).all(1).any()
+
+
+def test_roads_that_miss_each_other_by_less_than_the_grid_are_joined(tmp_path: Path) -> None:
+    roads = (
+        road(str(x), geometry(LINE, 50.0, x=x), 50.0, lanes=LANES, elevation=cubics("elevation", (0, z)))
+        for x, z in ((0.0, 0.0), (50.0002, 0.01), (100.0, 0.02))
+    )
+    surface = road_surface(read_text(tmp_path, document(*roads)), 0.05, 10.0)
+    assert areas(surface)["driving"] == pytest.approx(7.0 * 150.0, abs=0.01)
+    middle = surface.vertices[rim_of(surface).edges].mean(1)
+    assert set(np.round(middle[np.abs(middle[:, 1]) < 3.4, 0]).tolist()) == {0.0, 150.0}
+
+
+def test_edges_of_roads_above_each_other_share_places(tmp_path: Path) -> None:
+    surface = road_surface(crossing(tmp_path, height=6.0), 0.05, 10.0)
+    # The kerbs cross at both heights.
+    assert {(x, y) for x, y in np.round(surface.vertices[surface.vertices[:, 2] < 1.0, :2], 6).tolist()} >= {
+        (x, y) for x in (-3.5, 3.5) for y in (-3.5, 3.5)
+    }
+    faces = np.sort(np.unique(surface.vertices[:, :2], axis=0, return_inverse=True)[1].ravel()[surface.faces], axis=1)
+    middle = surface.vertices[surface.faces].mean(1)
+    lower, upper = ({tuple(row) for row in faces[rows].tolist()} for rows in (middle[:, 2] < 3.0, middle[:, 2] > 3.0))
+    kerb = surface.kind == surface.kinds.index("kerb")
+    over = (np.abs(middle[:, :2]) < 5.5).all(1) & (middle[:, 2] > 3.0) & ~kerb
+    assert {tuple(row) for row in faces[over].tolist()} <= lower & upper

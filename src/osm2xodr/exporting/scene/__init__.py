@@ -1,7 +1,7 @@
 """Roads, ground and buildings as a scene of meshes, in tiles.
 
-`scene` has the steps in order. `roads` makes one surface of all roads: `lane_faces` are the lanes as they are,
-`overlaps` finds where they lie on each other and divides the area anew, `triangles` joins all at common corners.
+`scene` has the steps in order. `roads` makes one surface of all roads: `lane_faces` are the lanes as they are, whose
+edges are noded once; `arrangement` has what makes triangles, and steps where they differ in height, of such lines.
 `marks`, `things` and `structures` add what is on, beside, below and around roads, `ground` and `buildings` the rest.
 `folder` writes it, in tiles (`tiles`), as glTF (`glb`) or OBJ (`obj`).
 """

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final
 
 from osm2xodr.model import FloatArray, IntArray, freeze_arrays
+
+# Coordinates of the road surface in plan are whole multiples of this, m.
+GRID: Final = 1e-3
 
 
 class Level(IntEnum):

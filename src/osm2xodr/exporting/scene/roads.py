@@ -1,226 +1,321 @@
-"""The surface of all roads as one mesh without overlap, and the rim at which it meets the ground."""
+"""The surface of all roads as one mesh without overlap, and the rim at which it meets the ground.
+
+The edges of lanes are noded once in plan, whatever their height. Where roads lie on each other at one level (in
+junctions above all) what is driven on covers what lies beside it: the outlines of what shows stand for the lanes
+there. Each face between the lines is there once for each level of the lanes that cover it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
+from osm2xodr.curves import runs
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.mesh import KERB
-from osm2xodr.exporting.scene.lane_faces import LaneFaces, lane_faces
-from osm2xodr.exporting.scene.model import Level, Rim, RoadSurface
-from osm2xodr.exporting.scene.overlaps import Cells, cells_of, groups_of
-from osm2xodr.exporting.scene.triangles import (
-    ONE_PLACE,
+from osm2xodr.exporting.scene.arrangement import (
     Soup,
-    edges_of,
-    merged_places,
-    split_where_they_meet,
-    steps_between,
+    clusters,
+    first_of,
+    half_edges,
+    places_of,
+    polygons_of,
+    segments_of,
+    steps,
+    triangles_of,
     welded,
 )
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.exporting.scene.lane_faces import LaneFaces, lane_faces
+from osm2xodr.exporting.scene.model import GRID, Level, Rim, RoadSurface
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.shapes import LEVEL_APART, rank_of
 
+# Roads lie on each other where they share more than this, m²: less comes of rounding and of chords side by side.
+_LEAST_OVERLAP: Final = 1e-4
+# Sides of the squares into which common areas are divided so that they follow the surface, m: the planes of
+# junctions and their slopes turn slowly. A choice.
+_CELL: Final = 4.0
+# Strips narrower than twice this are no area of their own, m: half of the narrowest kerb (0.1 m), rounded up.
+_SLIVER: Final = 0.06
 # Triangles of lanes with less area in plan say nothing of slopes, m².
 _LEAST_AREA: Final = 1e-3
-# How far off a lane its height is still taken, m: gaps between lanes that are filled are narrower.
+# How far off a lane's triangle its height still counts at a corner: what rounding to `GRID` moves two corners apart,
+# m; and in gaps between lanes that are filled, which are narrower.
+_AT_CORNER: Final = 2.5 * GRID
 _GAP: Final = 0.3
+_HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def road_surface(file: OpenDrive, tolerance: float, step: float) -> RoadSurface:
     """Return the surface of all lanes; for `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
 
-    Where roads lie on each other (in junctions above all) what is driven on covers what lies beside it; their
-    common area is divided anew, at the mean height of all roads there. `InputError` if no lane has a surface.
+    Levels of common areas have the mean height of all roads there. `InputError` if no lane has a surface.
     """
     faces = lane_faces(file, tolerance, step)
     if not len(faces.lane):
         raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
     kinds = tuple(sorted({kind or "none" for kind in file.lanes.type}))
     kind = np.array([kinds.index(kind or "none") for kind in file.lanes.type], np.int64)[faces.lane]
-    group = groups_of(faces)
-    alone = np.flatnonzero(group[faces.interval] < 0)
-    soup = _joined(
-        _faces_alone(faces, kind, alone, len(kinds)),
-        _common(faces, kind, kinds, group, cells_of(faces, kind, kinds, group)),
-    )
-    return _surface(split_where_they_meet(soup), kinds)
+    group, common = _groups(faces)
+    areas, area_kind, area_group = _areas(faces, kind, kinds, group, common)
+    lines = np.concatenate([shapely.boundary(areas), [_squares(area) for area in areas[common[area_group]]]])
+    noded = shapely.union_all(segments_of(lines, GRID), grid_size=GRID)
+    cells = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    soup, tag, uv = _layers(_Lanes(faces, kind, kinds, group, common), cells, (areas, area_kind, area_group))
+    return _surface(soup, tag, uv, kinds)
 
 
-def _tag(kind: IntArray, level: IntArray, kinds: int) -> IntArray:
-    """Return one number for kind and level."""
-    out: IntArray = level * kinds + kind
+# ---------------------------------------------------------------- what shows
+
+
+def _groups(faces: LaneFaces) -> tuple[IntArray, BoolArray]:
+    """Return the group of each interval, and which groups (n,) are of several roads.
+
+    Intervals that overlap others at their level are of one group with all that hang together, and those that lie
+    alone with the ones before and behind on their road.
+    """
+    shapes = _sound(shapely.polygons(faces.outline[:, :, :2]))
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    follows = (faces.road[one] == faces.road[other]) & (other - one == 1)
+    kept = (one < other) & ~follows
+    next_, behind = one[follows], other[follows]
+    one, other = one[kept], other[kept]
+    shared = shapely.intersection(shapes[one], shapes[other])
+    kept = shapely.area(shared) > _LEAST_OVERLAP
+    one, other, at = one[kept], other[kept], shapely.get_coordinates(shapely.centroid(shared[kept]))
+    planes = _planes(faces.outline)
+    kept = np.abs(_height(planes, faces.outline, one, at) - _height(planes, faces.outline, other, at)) < LEVEL_APART
+    one, other, n = one[kept], other[kept], len(shapes)
+    common = np.zeros(n, np.bool_)
+    common[one] = common[other] = True
+    lone = ~common[next_] & ~common[behind]
+    one, other = np.concatenate([one, next_[lone]]), np.concatenate([other, behind[lone]])
+    count, label = connected_components(coo_matrix((np.ones(len(one)), (one, other)), shape=(n, n)), directed=False)
+    several = np.zeros(count, np.bool_)
+    several[label] = common
+    return label.astype(np.int64), several
+
+
+def _sound(shapes: FloatArray) -> FloatArray:
+    """Return polygons without those that cross themselves, as faces inside of bends do: their hulls instead."""
+    return np.where(shapely.is_valid(shapes), shapes, shapely.convex_hull(shapes))
+
+
+def _planes(corners: FloatArray) -> FloatArray:
+    """Return the slopes in x and y of the planes nearest to four corners about their middle, (n, 2)."""
+    off = corners - corners.mean(1, keepdims=True)
+    xy, z = off[:, :, :2], off[:, :, 2:]
+    square = np.matmul(xy.transpose(0, 2, 1), xy) + 1e-9 * np.eye(2)
+    out: FloatArray = np.linalg.solve(square, np.matmul(xy.transpose(0, 2, 1), z))[:, :, 0]
     return out
 
 
-_HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
+def _height(planes: FloatArray, corners: FloatArray, row: IntArray, at: FloatArray) -> FloatArray:
+    """Return the heights of planes about the middle of four corners at x, y."""
+    middle = corners[row].mean(1)
+    out: FloatArray = middle[:, 2] + (planes[row] * (at - middle[:, :2])).sum(1)
+    return out
 
 
-def _faces_alone(faces: LaneFaces, kind: IntArray, rows: IntArray, kinds: int) -> Soup:
-    """Return the triangles of faces as they are; their places are not merged yet."""
-    xyz = faces.corners[rows][:, _HALVES].reshape(-1, 3, 3)
-    z = xyz[:, :, 2] + faces.lift[rows][:, _HALVES].reshape(-1, 3)
-    uv = faces.uv[rows][:, _HALVES].reshape(-1, 3, 2)
-    tag = np.repeat(_tag(kind[rows], faces.level[faces.interval[rows]], kinds), 2)
-    return Soup(np.arange(3 * len(z)).reshape(-1, 3), xyz[:, :, :2].reshape(-1, 2), z, uv, tag)
+def _areas(
+    faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntArray, common: BoolArray
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the polygons that show of all faces, and the kind and group of each; `kind` (faces,) is one of `kinds`.
+
+    Those of groups that are not `common` are the faces themselves.
+    """
+    of = group[faces.interval]
+    shapes = _sound(shapely.polygons(faces.corners[:, :, :2]))
+    lone = np.flatnonzero(~common[of])
+    found = [(shapes[lone], kind[lone], of[lone])]
+    rows = np.flatnonzero(common[of])
+    rows = rows[np.argsort(of[rows], kind="stable")]
+    order = sorted(range(len(kinds)), key=lambda k: (rank_of(kinds[k]), k))
+    for low, high in pairwise(np.flatnonzero(np.diff(of[rows], prepend=-1, append=-2) != 0).tolist()):
+        here = rows[low:high]
+        whole = {k: shapes[here[kind[here] == k]] for k in order}
+        own = [k for k in order if len(whole[k])]
+        for k, area in zip(own, _shown([_union(whole[k]) for k in own]), strict=True):
+            parts = polygons_of(area)
+            found.append((parts, np.full(len(parts), k), np.full(len(parts), of[here[0]])))
+    shape, of_kind, of_group = (np.concatenate(item) for item in zip(*found, strict=True))
+    return shape, of_kind, of_group
 
 
-def _joined(one: Soup, other: Soup) -> Soup:
-    """Return the triangles of both, with places that they share; those of the first stay exactly where they are."""
-    place, xy = merged_places(np.concatenate([one.xy, other.xy]))
-    index = np.concatenate([one.place, other.place + len(one.xy)])
-    return Soup(
-        place[index],
-        xy,
-        np.concatenate([one.z, other.z]),
-        np.concatenate([one.uv, other.uv]),
-        np.concatenate([one.tag, other.tag]),
+def _union(shapes: FloatArray) -> shapely.Geometry:
+    """Return the area of polygons, on the grid."""
+    return _areas_only(shapely.set_precision(shapely.union_all(shapes), GRID))
+
+
+def _areas_only(shape: shapely.Geometry) -> shapely.Geometry:
+    """Return the polygons of a geometry."""
+    return shapely.multipolygons(polygons_of(shape))
+
+
+def _shown(whole: Sequence[shapely.Geometry]) -> Iterator[shapely.Geometry]:
+    """Yield what is not covered by those before, without slivers, which belong to the first."""
+    shown, crumbs, covered = list[shapely.Geometry](), [whole[0]], whole[0]
+    for area in whole[1:]:
+        rest = _areas_only(shapely.difference(area, covered, grid_size=GRID))
+        wide = shapely.buffer(shapely.buffer(rest, -_SLIVER, join_style="mitre"), _SLIVER * 1.01, join_style="mitre")
+        shown.append(_areas_only(shapely.intersection(rest, wide, grid_size=GRID)))
+        crumbs.append(_areas_only(shapely.difference(rest, shown[-1], grid_size=GRID)))
+        covered = shapely.union_all([covered, area], grid_size=GRID)
+    yield shapely.union_all(crumbs, grid_size=GRID)
+    yield from shown
+
+
+def _squares(area: shapely.Geometry) -> shapely.Geometry:
+    """Return the lines of a grid of squares inside an area."""
+    west, south, east, north = shapely.bounds(area)
+    columns, rows = (
+        np.arange(np.ceil(low / _CELL), high / _CELL) * _CELL for low, high in ((west, east), (south, north))
     )
+    upright = np.stack([np.column_stack([columns, columns]), np.full((len(columns), 2), [south, north])], axis=2)
+    level = np.stack([np.full((len(rows), 2), [west, east]), np.column_stack([rows, rows])], axis=2)
+    lines = shapely.linestrings(np.concatenate([upright, level]))
+    return shapely.intersection(shapely.multilinestrings(lines), area)
 
 
-class _Heights:
-    """Finds the faces that cover places, and their heights there."""
+# ---------------------------------------------------------------- heights
 
-    def __init__(self, faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntArray) -> None:
-        rows = np.flatnonzero(group[faces.interval] >= 0)
-        corners = faces.corners[rows][:, _HALVES].reshape(-1, 3, 3)
-        a, b, c = np.moveaxis(corners, 1, 0)
-        normal = np.cross(b - a, c - a)
+
+class _Lanes:
+    """Finds the lanes' triangles that cover places, and their heights there."""
+
+    def __init__(
+        self, faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntArray, common: BoolArray
+    ) -> None:
+        corners = faces.corners[:, _HALVES].reshape(-1, 3, 3)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         kept = np.flatnonzero(normal[:, 2] > 2.0 * _LEAST_AREA)
-        self._corners, self._normal = corners[kept], normal[kept]
-        row = np.repeat(rows, 2)[kept]
-        self.kind, self.group = kind[row], group[faces.interval[row]]
+        row = kept // 2
+        self.corners, self.kind, self.group = corners[kept], kind[row], group[faces.interval[row]]
         self.level = faces.level[faces.interval[row]]
-        self.rank = np.array([rank_of(name) for name in kinds], np.int64)[self.kind]
-        # Lanes have one height across in sound files; a face's mean stands for it.
-        self.lift = faces.lift[row].mean(1)
-        self._tree = shapely.STRtree(shapely.polygons(self._corners[:, :, :2]))
+        self.kinds, self.rank = len(kinds), np.array([rank_of(name) for name in kinds], np.int64)
+        # Height above the road, s and t; of common areas the mean height, x and y.
+        values = np.concatenate([faces.lift[..., None], faces.uv], axis=2)[:, _HALVES].reshape(-1, 3, 3)[kept]
+        flat = np.concatenate([np.repeat(values[..., :1].mean(1, keepdims=True), 3, 1), self.corners[..., :2]], 2)
+        self._values = np.where(common[self.group, None, None], flat, values)
+        self._tree = shapely.STRtree(shapely.polygons(self.corners[:, :, :2]))
 
     def at(self, xy: FloatArray, group: IntArray, reach: float) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return pairs of places and faces of their group, and the height of the face's plane there, m."""
+        """Return pairs of places and triangles of their group (-1: any), and the height of the plane there, m."""
         place, face = self._tree.query(shapely.points(xy), predicate="dwithin", distance=reach)
-        kept = self.group[face] == group[place]
+        kept = (self.group[face] == group[place]) | (group[place] < 0)
         place, face = place[kept], face[kept]
-        order = np.lexsort((face, place))
-        place, face = place[order], face[order]
-        off, normal = xy[place] - self._corners[face, 0, :2], self._normal[face]
-        z = self._corners[face, 0, 2] - (normal[:, :2] * off).sum(1) / normal[:, 2]
-        return place, face, z
+        return place, face, self._plane(face, xy[place], self.corners[..., 2:])[:, 0]
+
+    def values(self, face: IntArray, xy: FloatArray) -> FloatArray:
+        """Return height above the road, m, and uv of triangles at places."""
+        return self._plane(face, xy, self._values)
+
+    def _plane(self, face: IntArray, xy: FloatArray, values: FloatArray) -> FloatArray:
+        a, b, c = np.moveaxis(self.corners[face, :, :2], 1, 0)
+        off, one, other = xy - a, b - a, c - a
+        area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+        u = (off[:, 0] * other[:, 1] - off[:, 1] * other[:, 0]) / area
+        v = (one[:, 0] * off[:, 1] - one[:, 1] * off[:, 0]) / area
+        at_a, at_b, at_c = np.moveaxis(values[face], 1, 0)
+        out: FloatArray = at_a + u[:, None] * (at_b - at_a) + v[:, None] * (at_c - at_a)
+        return out
 
 
-def _common(faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntArray, cells: Cells) -> Soup:
-    """Return the triangles of cells, once for each level of the roads there."""
-    heights = _Heights(faces, kind, kinds, group)
-    inside = shapely.get_coordinates(shapely.point_on_surface(cells.shape)).reshape(-1, 2)
-    place, face, z = heights.at(inside, cells.group, ONE_PLACE)
-    bare = np.setdiff1d(np.arange(len(inside)), place)
-    more = heights.at(inside[bare], cells.group[bare], _GAP)
-    place, face = np.concatenate([place, bare[more[0]]]), np.concatenate([face, more[1]])
-    z = np.concatenate([z, more[2]])
+def _layers(
+    lanes: _Lanes, cells: FloatArray, areas: tuple[FloatArray, IntArray, IntArray]
+) -> tuple[Soup, IntArray, FloatArray]:
+    """Return the triangles of cells, once for each level of the roads there, their kind and level as one, and uv."""
+    inside = shapely.get_coordinates(shapely.point_on_surface(cells))
+    cell, area = shapely.STRtree(areas[0]).query(shapely.points(inside), predicate="intersects")
+    shown, group = areas[1][area], areas[2][area]
+    # Gaps between lanes are not wider than slivers.
+    bare = np.setdiff1d(np.arange(len(cells)), cell)
+    bare = bare[shapely.area(cells[bare]) <= _SLIVER * shapely.length(cells[bare])]
+    bare = bare[shapely.is_empty(shapely.buffer(cells[bare], -_SLIVER))]
+    cell, shown = np.concatenate([cell, bare]), np.concatenate([shown, np.full(len(bare), -1)])
+    group = np.concatenate([group, np.full(len(bare), -1)])
+    item, face, z = lanes.at(inside[cell], group, _AT_CORNER)
+    rest = np.setdiff1d(np.arange(len(cell)), item)
+    more = lanes.at(inside[cell[rest]], group[rest], _GAP)
+    item, face, z = (np.concatenate(pair) for pair in zip((item, face, z), (rest[more[0]], *more[1:]), strict=True))
     # Levels of each cell: heights that lie close to each other.
-    order = np.lexsort((face, z, place))
-    place, face, z = place[order], face[order], z[order]
-    new = np.ones(len(place), np.bool_)
-    new[1:] = (np.diff(place) != 0) | (np.diff(z) > LEVEL_APART)
-    layer = np.cumsum(new) - 1
-    cell, middle = place[new], np.bincount(layer, weights=z) / np.bincount(layer)
+    layer = clusters(cell[item], z, LEVEL_APART)
     # What shows is the kind of the cell where a road of that level has it, else what covers the rest there.
-    wanted = heights.kind[face] == cells.kind[cell[layer]]
-    best = np.lexsort((face, heights.rank[face], ~wanted, layer))
-    best = best[np.diff(layer[best], prepend=-1) != 0]
-    only = np.bincount(cell, minlength=len(inside))[cell] == 1
-    own = np.where(only, cells.kind[cell], heights.kind[face[best]])
-    level, lift = heights.level[face[best]], np.where(own == heights.kind[face[best]], heights.lift[face[best]], 0.0)
-    parts, of = shapely.get_parts(shapely.constrained_delaunay_triangles(cells.shape[cell]), return_index=True)
-    parts = shapely.orient_polygons(parts)
-    xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
-    tag = _tag(own[of], level[of], len(kinds))
-    base = _base(heights, xy, cells.group[cell[of]], middle[of])
-    flat = xy.reshape(-1, 2)
-    return Soup(np.arange(len(flat)).reshape(-1, 3), flat, base + lift[of][:, None], xy, tag)
+    other = lanes.kind[face] != shown[item]
+    best = first_of(layer, face, lanes.rank[lanes.kind[face]], other)
+    middle = np.bincount(layer, weights=z) / np.bincount(layer)
+    of_cell, top, wanted = cell[item[best]], face[best], shown[item[best]]
+    only = (np.bincount(of_cell, minlength=len(cells))[of_cell] == 1) & (wanted >= 0)
+    kind = np.where(only, wanted, lanes.kind[top])
+    xy, of = triangles_of(cells[of_cell])
+    place, places = places_of(xy.reshape(-1, 2), GRID)
+    own, flat = np.repeat(top[of], 3), xy.reshape(-1, 2)
+    base = _base(lanes, places, place, lanes.group[own], np.repeat(middle[of], 3))
+    more_of = lanes.values(own, flat)
+    lift = np.where(np.repeat((kind == lanes.kind[top])[of], 3), more_of[:, 0], 0.0)
+    soup = Soup(place.reshape(-1, 3), places, (base + lift).reshape(-1, 3))
+    return soup, (lanes.level[top] * lanes.kinds + kind)[of], more_of[:, 1:]
 
 
-def _base(heights: _Heights, xy: FloatArray, group: IntArray, middle: FloatArray) -> FloatArray:
-    """Return the mean height of the roads at the corners of triangles, (n, 3), at the level of their cell."""
-    unique, corner = np.unique(np.column_stack([xy.reshape(-1, 2), np.repeat(group, 3)]), axis=0, return_inverse=True)
-    corner = corner.ravel()
-    place, _, z = heights.at(unique[:, :2], unique[:, 2].astype(np.int64), ONE_PLACE)
-    # All pairs of corners of triangles and faces.
-    first = np.searchsorted(place, np.arange(len(unique) + 1))
-    count = np.diff(first)[corner]
-    row = np.repeat(np.arange(len(corner)), count)
-    at = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + first[corner][row]
-    # Heights of one level at a place: those without a gap between them.
-    order = np.lexsort((z, place))
-    new = np.ones(len(order), np.bool_)
-    new[1:] = (np.diff(place[order]) != 0) | (np.diff(z[order]) > LEVEL_APART)
-    layer = np.empty(len(order), np.int64)
-    layer[order] = np.cumsum(new) - 1
-    mean = np.bincount(layer, weights=z) / np.bincount(layer)
-    # The level nearest to the cell's own height.
-    away = np.abs(mean[layer[at]] - np.repeat(middle, 3)[row])
-    order = np.lexsort((away, row))
-    best = order[np.diff(row[order], prepend=-1) != 0]
-    out = np.repeat(middle, 3)
-    out[row[best]] = mean[layer[at[best]]]
-    return out.reshape(-1, 3)
+def _base(lanes: _Lanes, places: FloatArray, place: IntArray, group: IntArray, middle: FloatArray) -> FloatArray:
+    """Return the mean height of the roads of groups at places, at the level nearest to that of their cell, m."""
+    key, corner = np.unique(group * len(places) + place, return_inverse=True)
+    of_group, at = np.divmod(key, len(places))
+    row, _, z = lanes.at(places[at], of_group, _AT_CORNER)
+    layer = clusters(row, z, LEVEL_APART)
+    first, mean = np.unique(layer, return_index=True)[1], np.bincount(layer, weights=z) / np.bincount(layer)
+    # All pairs of corners of triangles and levels of their place.
+    start = np.searchsorted(row[first], np.arange(len(key) + 1))
+    count = np.diff(start)[corner]
+    owner = np.repeat(np.arange(len(corner)), count)
+    level = runs(start[:-1][corner], count)
+    best = first_of(owner, np.abs(mean[level] - middle[owner]))
+    out = middle.copy()
+    out[owner[best]] = mean[level[best]]
+    return out
 
 
-def _surface(soup: Soup, kinds: tuple[str, ...]) -> RoadSurface:
+def _surface(soup: Soup, tag: IntArray, uv: FloatArray, kinds: tuple[str, ...]) -> RoadSurface:
     """Return the surface of triangles, with steps where neighbours differ in height."""
-    faces, xyz, uv = welded(soup)
-    place = np.zeros(len(xyz), np.int64)
-    place[faces.ravel()] = soup.place.ravel()
-    edges = edges_of(faces, place, xyz)
-    steps, pair = steps_between(faces, edges.pairs)
-    kind, level = soup.tag % len(kinds), soup.tag // len(kinds)
+    faces, place, xyz = welded(soup)
+    kind, level = tag % len(kinds), tag // len(kinds)
+    kerbs, pair, left = steps(faces, place, xyz)
+    closing, sides = _closing(left, faces, place, xyz)
     names = (*kinds, KERB) if KERB not in kinds else kinds
-    at = edges.pairs[pair] // 3
-    step_level = np.minimum(level[at[:, 0]], level[at[:, 1]])
-    closing, closing_level = _closing(edges.alone, faces, place, xyz, level)
+    more = len(kerbs) + len(closing)
     return RoadSurface(
         xyz,
-        uv,
-        np.concatenate([faces, steps, closing]),
-        np.concatenate([kind, np.full(len(steps) + len(closing), names.index(KERB))]),
+        uv[np.unique(faces.ravel(), return_index=True)[1]],
+        np.concatenate([faces, kerbs, closing]),
+        np.concatenate([kind, np.full(more, names.index(KERB))]),
         names,
-        np.concatenate([level, step_level, closing_level]),
+        np.concatenate([level, level[pair].min(1), level[sides // 3]]),
     )
 
 
-def _closing(
-    alone: IntArray, faces: IntArray, place: IntArray, xyz: FloatArray, level: IntArray
-) -> tuple[IntArray, IntArray]:
-    """Return vertical triangles that bring the ends of rims down to the lowest height of their place."""
-    start, end = faces.ravel()[alone], np.roll(faces, -1, axis=1).ravel()[alone]
-    of_level = level[alone // 3]
-    ends = np.concatenate([start, end])
-    lowest = _lowest(ends, place, xyz)
-    a, b = lowest[: len(start)], lowest[len(start) :]
+def _closing(left: IntArray, faces: IntArray, place: IntArray, xyz: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return vertical triangles that bring the ends of rims down to the lowest height of their place and level."""
+    start, end = (item[left] for item in half_edges(faces))
+    level = clusters(place, xyz[:, 2], LEVEL_APART)
+    unique = np.unique(np.concatenate([start, end]))
+    lowest = np.zeros(len(xyz), np.int64)
+    lowest[level[unique][first_of(level[unique], xyz[unique, 2])]] = unique[first_of(level[unique], xyz[unique, 2])]
+    a, b = lowest[level[start]], lowest[level[end]]
     both = np.stack([np.column_stack([end, start, a]), np.column_stack([end, a, b])], axis=1).reshape(-1, 3)
-    kept = (both[:, 0] != both[:, 1]) & (both[:, 1] != both[:, 2]) & (both[:, 2] != both[:, 0])
-    return both[kept], np.repeat(of_level, 2)[kept]
-
-
-def _lowest(ends: IntArray, place: IntArray, xyz: FloatArray) -> IntArray:
-    """Return the lowest vertex at the place of each, among those of the same level of height."""
-    unique = np.unique(ends)
-    order = unique[np.lexsort((xyz[unique, 2], place[unique]))]
-    new = np.ones(len(order), np.bool_)
-    new[1:] = (np.diff(place[order]) != 0) | (np.diff(xyz[order, 2]) > LEVEL_APART)
-    lead = np.zeros(len(xyz), np.int64)
-    lead[order] = order[new][np.cumsum(new) - 1]
-    return lead[ends]
+    kept = (both != np.roll(both, 1, axis=1)).all(1)
+    return both[kept], np.repeat(left, 2)[kept]
 
 
 def rim_of(surface: RoadSurface) -> Rim:
     """Return the edges at which the surface on the ground ends."""
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    start, end = half_edges(surface.faces)
     n = len(surface.vertices)
     level = np.repeat(surface.level, 3)
     key, back = start * n + end, end * n + start
@@ -228,8 +323,7 @@ def rim_of(surface: RoadSurface) -> Rim:
     at = np.minimum(np.searchsorted(back[order], key), len(key) - 1)
     matched = back[order[at]] == key
     beyond = np.where(matched, level[order[at]], int(Level.GROUND))
-    ground = level == int(Level.GROUND)
     # Sides of steps within the surface are no rim, but those at its ends join edges of different heights.
     upright = (surface.vertices[start, :2] == surface.vertices[end, :2]).all(1)
-    rows = np.flatnonzero(ground & ((~matched & ~upright) | (matched & (beyond != int(Level.GROUND)))))
+    rows = np.flatnonzero((level == Level.GROUND) & ((~matched & ~upright) | (matched & (beyond != Level.GROUND))))
     return Rim(np.column_stack([start[rows], end[rows]]), beyond[rows])

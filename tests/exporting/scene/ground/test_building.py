@@ -136,21 +136,24 @@ def test_carriageways_at_different_heights_have_a_wall_between_them() -> None:
     assert not ((between[:, 1] > 4.0) & (between[:, 1] < 6.0) & along).any()
 
 
-def test_roads_that_lie_over_each_other_are_met_where_they_can_be_seen() -> None:
+def test_roads_that_lie_over_each_other_are_met_where_they_can_be_seen(tmp_path: Path) -> None:
     # No bridge, but 3 m apart: a road along y over one along x.
-    left, right, levels = straight([(-60.0, 23.0), (60.0, 23.0)], y=-100.0)
-    over = [[(-y, x, z) for x, y, z in side] for side in (left, right)]
-    surface = strips(straight(LONG), (over[0], over[1], levels))
-    ground = made(surface, plane(20.0))
+    surface = road_surface(crossing(tmp_path, height=3.0), 0.05, 10.0)
+    assert (surface.level == Level.GROUND).all()
+    ground = made(surface, plane(0.0))
     corners = triangles(ground)
     area, _ = areas(corners)
-    assert_fills_one_area(corners, surface.vertices[surface.faces], shared=8.0 * 8.0)
+    assert_fills_one_area(corners, surface.vertices[surface.faces], shared=11.0 * 11.0)
     assert area.min() > 1e-6
     # What lies over it is a bridge.
-    assert settled(surface, None)[0].level.tolist() == [Level.GROUND] * 28 + [Level.BRIDGE] * 2
+    found = settled(surface, None)[0].level
+    middle = surface.vertices[surface.faces].mean(1)
+    over = (np.abs(middle[:, :2]) < 5.5).all(1) & (middle[:, 2] > 2.0)
+    assert (found[over] == Level.BRIDGE).all()
+    assert (found[(middle[:, 2] < 1.0) | (np.abs(middle[:, 1]) > 10.0)] == Level.GROUND).all()
     # Where edges cross there is a corner at either height.
-    crossing = {tuple(row) for row in corners.reshape(-1, 3).tolist() if row[:2] == [96.0, 4.0]}
-    assert crossing == {(96.0, 4.0, 20.0), (96.0, 4.0, 23.0)}
+    there = {round(z, 9) for x, y, z in corners.reshape(-1, 3).tolist() if (x, y) == (5.5, 5.5)}
+    assert there == {0.12, 3.12}
 
 
 def test_kerbs_of_roads_over_others_are_on_the_bridge_too(tmp_path: Path) -> None:
@@ -159,7 +162,8 @@ def test_kerbs_of_roads_over_others_are_on_the_bridge_too(tmp_path: Path) -> Non
     middle = corners.mean(1)
     kerb = (surface.kind == surface.kinds.index("kerb")) & (middle[:, 2] > 2.0)
     above = kerb & (np.abs(corners[:, :, 1]).max(1) <= 10.0)
-    assert above.sum() == 8
+    # At both sides of 20 m of the road.
+    assert areas(corners[above])[0].sum() == pytest.approx(2 * 20.0 * 0.12)
     assert (surface.level[above] == Level.BRIDGE).all()
     assert (surface.level[kerb & (np.abs(middle[:, 1]) > 15.0)] == Level.GROUND).all()
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import shapely
 
+from osm2xodr.exporting.scene.arrangement import area_of, polygons_of
 from osm2xodr.exporting.scene.buildings.defaults import AREA_LEAST, LOST_SHARE, PARTS_SHARE, PASSAGE
 from osm2xodr.exporting.scene.model import Level, RoadSurface
-from osm2xodr.exporting.scene.triangles import area_of, polygons_of
 from osm2xodr.model import BoolArray, Building, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 
@@ -114,7 +114,7 @@ def _outlines(
             found["repaired"].append(building.osm_id)
         parts = polygons_of(shape)
         rows += [row] * len(parts)
-        shapes += parts
+        shapes += list(parts)
     return rows, shapes
 
 

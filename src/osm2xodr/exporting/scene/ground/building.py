@@ -22,7 +22,6 @@ from osm2xodr.exporting.scene.ground.defaults import (
     TUNNEL_OPENING,
 )
 from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
-from osm2xodr.exporting.scene.ground.planar import planar_edges
 from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
 from osm2xodr.exporting.scene.ground.unknown import continued, cut_at_outline, interpolated, with_strips
 from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled, split_by_water
@@ -76,8 +75,7 @@ def build_ground(
         beside = surface.vertices[np.unique(rim.edges[rim.beyond == Level.GROUND])]
         water = levelled(water, known, beside)
     points, edges = _edge_points(surface, rim, known)
-    points, edges, row = planar_edges(points, edges)
-    beyond = rim.beyond[row]
+    beyond = rim.beyond
     xy, place = np.unique(points[:, :2], axis=0, return_inverse=True)
     flat = place[edges]
     flat = flat[flat[:, 0] != flat[:, 1]]
@@ -107,7 +105,7 @@ def build_ground(
         faces = np.concatenate([band[~steep], leaves])
         parts += _land_and_water(vertices, faces, within, water, detail)
     portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
-    lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[row[portal]]])
+    lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[portal]])
     faces = np.concatenate([band[steep], walls, len(vertices) + corners])
     parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
     kept = tuple(part for part in parts if len(part.faces))

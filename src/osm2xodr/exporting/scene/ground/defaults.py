@@ -34,10 +34,9 @@ TUNNEL_COVER: Final = 5.5
 # Tunnels whose road lies less than this below the ground, m, are passages or galleries: half of their opening, as
 # elevation models may be off by some metres.
 COVERED: Final = 2.5
-# Roads that lie more than this above another one are on a bridge, m: less comes of chords and cross slopes. And how
-# far from where their edges cross such places are looked for, m. Choices.
+# Roads that lie more than this above another one are on a bridge, m: less comes of chords and cross slopes.
+# A choice.
 STACKED: Final = 0.5
-STACK_REACH: Final = 100.0
 # Roads that begin at a portal and lie deeper than this all over are in the tunnel, m: cuttings are not. A choice.
 DEEPEST_CUT: Final = 15.0
 # From the road of a bridge down to the ground below at least, m: its deck of 1 m, and a little.

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
+from osm2xodr.exporting.scene.arrangement import area_of, places_of, polygons_of
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
@@ -20,7 +21,7 @@ from osm2xodr.exporting.scene.ground.defaults import (
     WATER_SAMPLE,
 )
 from osm2xodr.exporting.scene.ground.open_water import closed_water, sea_of
-from osm2xodr.exporting.scene.triangles import area_of, merged_places, polygons_of
+from osm2xodr.exporting.scene.model import GRID
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
 
@@ -87,7 +88,7 @@ def water_shapes(water: Water, frame: Frame, roads: FloatArray, on_land: FloatAr
         outline, *holes = _places((area.outline, *area.holes), frame)
         if not all(np.isfinite(ring).all() for ring in (outline, *holes)):
             continue
-        inland += polygons_of(shapely.intersection(area_of(outline, holes)[0], box))
+        inland += list(polygons_of(shapely.intersection(area_of(outline, holes)[0], box)))
     more, closed, left_out = _open_areas(water, frame, box, on_land[:, :2])
     inland += more
     for part in (*sea, *inland):
@@ -121,8 +122,8 @@ def _open_areas(
         for hole in holes:
             shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
         parts = polygons_of(shape)
-        found += parts
-        closed += [area.osm_id] if parts else []
+        found += list(parts)
+        closed += [area.osm_id] if len(parts) else []
     return found, tuple(closed), tuple(left_out)
 
 
@@ -208,7 +209,7 @@ def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -
     rows = np.flatnonzero(wet & np.isfinite(shapes.level_of(area)))
     area = area[rows]
     used, corner = np.unique(faces[rows], return_inverse=True)
-    place, _ = merged_places(vertices[used][:, :2])
+    place, _ = places_of(vertices[used][:, :2], GRID)
     corner = corner.reshape(-1, 3)
     start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
     total, levels = len(used), np.repeat(shapes.levels[area], 3)
