@@ -231,6 +231,23 @@ def test_cycle_tracks_lead_straight_on_past_other_streets(
 
 
 @EITHER
+def test_cycle_tracks_of_one_way_streets_that_cross_lead_straight_on_at_both_sides(rule: Rule) -> None:
+    """Also against the cars; strips between track and carriageway begin and end there."""
+    one_way = {way: (nodes, f"lanes=1 width=4 oneway=yes {tags}") for way, (nodes, tags) in {**X.ways}.items()}
+    near, far = (TRACK,), (VERGE, TRACK)
+    roads = built(Case(X.nodes, one_way), {1: (far, far), 2: (near, near), 3: (far, near), 4: (near, far)}, rule)
+    assert_sound(roads)
+    by_id = {road.id: road for road in roads.roads}
+    pairs = []
+    for road in roads.roads:
+        if road.junction is not None and LaneType.BIKING in types_of(road):
+            assert road.predecessor is not None
+            assert road.successor is not None
+            pairs.append(sorted(by_id[link.id].osm_way_ids[0] for link in (road.predecessor, road.successor)))
+    assert [pairs.count(pair) for pair in ([1, 2], [3, 4])] == [2, 2]
+
+
+@EITHER
 def test_cycle_tracks_widen_over_all_of_their_way_past_other_streets(rule: Rule) -> None:
     """Only bicycle lanes that join cars widen at their end: `ConnectingRoads.change_start`."""
     wider, back = replace(TRACK, width=TRACK.width + 0.6), Direction.BACKWARD

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -34,12 +34,24 @@ def with_cycle_tracks(
     if tracks is None:
         return corners
     many = 2 * len(parts.length)
-    arms = np.concatenate([tracks.entry * many + tracks.exit, tracks.exit * many + tracks.entry])
-    # All others cross the tracks.
-    beside = cars.chosen(np.flatnonzero(np.isin(cars.entry * many + cars.exit, arms)))
-    rows, _, good = draw_corners(tracks, cars, beside, parts, rule)
-    every = corners.joined(rows.chosen(good))
+    arms, of_cars = (
+        np.minimum(rows.entry, rows.exit) * many + np.maximum(rows.entry, rows.exit) for rows in (tracks, cars)
+    )
+    every = corners
+    for rows in _one_pair_of_each_junction(tracks.junction, arms):
+        # All others cross the tracks.
+        beside = cars.chosen(np.flatnonzero(np.isin(of_cars, arms[rows])))
+        drawn, _, good = draw_corners(tracks.chosen(rows), cars, beside, parts, rule)
+        every = every.joined(drawn.chosen(good))
     return every.chosen(np.argsort(every.junction, kind="stable"))
+
+
+def _one_pair_of_each_junction(junction: IntArray, arms: IntArray) -> Iterator[IntArray]:
+    """Yield rows in turn, those of one pair of arms of each junction at a time."""
+    pair, at = np.unique(np.column_stack([junction, arms]), axis=0, return_inverse=True)
+    turn = np.arange(len(pair)) - np.searchsorted(pair[:, 0], pair[:, 0])
+    for k in range(int(turn.max()) + 1):
+        yield np.flatnonzero(turn[at.ravel()] == k)
 
 
 def _linked(cars: ConnectingRoads, corners: ConnectingRoads) -> set[_Link]:
@@ -83,15 +95,20 @@ def _straight_on(
 
 
 def _straight_pairs(parts: RoadParts, cars: ConnectingRoads) -> Iterable[tuple[int, int]]:
-    """Return the arms from which cars drive straight on, each with the arm that is straightest ahead."""
+    """Return the arms with one straight ahead, each with the straightest: that to which cars drive from there.
+
+    Beside one-way streets tracks also lead against the cars, from where these leave to where they come from.
+    """
     rows = np.flatnonzero(cars.for_vehicles() & (cars.entry != cars.exit))
     entry, exit_ = cars.entry[rows], cars.exit[rows]
     turn = np.abs(wrapped(_outwards(parts, exit_) - _outwards(parts, entry) - np.pi))
-    best: dict[int, tuple[float, int]] = {}
+    ahead: dict[int, tuple[float, int]] = {}
+    against: dict[int, tuple[float, int]] = {}
     for one, other, angle in zip(entry.tolist(), exit_.tolist(), turn.round(6).tolist(), strict=True):
         if angle < STRAIGHT_ON:
-            best[one] = min(best.get(one, (angle, other)), (angle, other))
-    return [(one, other) for one, (_, other) in sorted(best.items())]
+            ahead[one] = min(ahead.get(one, (angle, other)), (angle, other))
+            against[other] = min(against.get(other, (angle, one)), (angle, one))
+    return [(one, other) for one, (_, other) in sorted((against | ahead).items())]
 
 
 def _outwards(parts: RoadParts, ends: IntArray) -> FloatArray:
