@@ -202,20 +202,9 @@ def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
     if links[1] is None and not (piece.at_end and road.successor is None):
         sections = (*sections[:-1], _unlinked(sections[-1], at_start=False))
     middle = 0.5 * (piece.begin + piece.end)
-    named = max((item for item in road.names if item.s <= middle), key=lambda item: item.s, default=road)
-    return replace(
-        road,
-        id=piece.id,
-        name=named.name,
-        osm_way_ids=named.osm_way_ids,
-        guesses=named.guesses,
-        names=(),
-        junction=None if road.junction is None else pieces.junction(road.junction),
-        predecessor=links[0],
-        successor=links[1],
-        types=types,
-        lane_sections=sections,
-    )
+    named = max((item for item in road.names if item.s <= middle), key=lambda item: item.s) if road.names else road
+    junction = None if road.junction is None else pieces.junction(road.junction)
+    return Road(piece.id, named.name, junction, *links, types, sections, named.osm_way_ids, named.guesses)
 
 
 def _overlapping(starts: Sequence[float], piece: Piece) -> range:

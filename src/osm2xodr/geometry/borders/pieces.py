@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
-import numpy as np
-
-from osm2xodr.curves import lengths, owners, sorted_unique
+from osm2xodr.curves import lengths
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.geometry.defaults import SHORTEST_NAME
 from osm2xodr.model import Borders, Partition, RoadLink, RoadMap, RoadName
@@ -18,8 +15,7 @@ from osm2xodr.model import Borders, Partition, RoadLink, RoadMap, RoadName
 _IDS_END: Final = 2**31
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(NamedTuple):
     """A piece of a road, from one border between areas or names to the next, or a road as a whole."""
 
     curve: int  # Index of the road
@@ -42,43 +38,32 @@ class Pieces:
     def __init__(self, road_map: RoadMap, borders: Borders) -> None:
         self.partition = borders.partition
         own = self.partition.own
-        self._index = {road.id: k for k, road in enumerate(road_map.roads)}
-        self._roads, self._length = road_map.roads, lengths(road_map.plan_view)
-        self._borders = borders
         areas = borders.junction_area.tolist()
         junction_area = {item.id: area for item, area in zip(road_map.junctions, areas, strict=True)}
-        # The area of each connecting road, after the roads outside junctions.
-        outside = len(borders.piece_start) - 1
-        self._through = [
-            junction_area[road.junction] for road in road_map.roads[outside:] if road.junction is not None
-        ]
+        # Those of roads outside junctions are known; a connecting road is one, in the area of its junction.
+        columns = borders.piece_start, borders.piece_s, borders.piece_area, lengths(road_map.plan_view)
+        start, piece_s, piece_area, length = (column.tolist() for column in columns)
         self._next = self._first = self.partition.first_ids[own]
-        self._of: dict[int, list[Piece]] = {}
-        of = owners(borders.piece_start)
-        through = outside + np.flatnonzero(np.array(self._through, np.int64) == own)
-        here = np.concatenate([sorted_unique(of[borders.piece_area == own]), through])
-        self.kept = [piece for k in here.tolist() for piece in self._pieces(k) if piece.id]
+        self._pieces: list[list[Piece]] = []
+        for k, road in enumerate(road_map.roads):
+            if road.junction is None:
+                rows = slice(start[k], start[k + 1])
+                where = _with_names(list(zip(piece_s[rows], piece_area[rows], strict=True)), road.names)
+            else:
+                where = [(0.0, junction_area[road.junction])]
+            ends, last = [*(begin for begin, _ in where[1:]), length[k]], len(where) - 1
+            self._pieces.append(
+                [
+                    Piece(k, begin, end, i == 0, i == last, area, self._id() if area == own else 0)
+                    for i, ((begin, area), end) in enumerate(zip(where, ends, strict=True))
+                ]
+            )
+        self._of = {road.id: pieces for road, pieces in zip(road_map.roads, self._pieces, strict=True)}
+        self.kept = [piece for pieces in self._pieces for piece in pieces if piece.id]
         self._junction = {junction: self._id() for junction, area in junction_area.items() if area == own}
         if not self.kept:
             raise EmptyAreaError(f"area {self.name!r} has no road of its own; leave it out")
         check_ids(self.partition, self._next - self._first, "roads and junctions")
-
-    def _pieces(self, k: int) -> list[Piece]:
-        """Return the pieces of a road by its index; those of roads without a piece that is kept on demand alone."""
-        if k not in self._of:
-            borders, own, outside = self._borders, self.partition.own, len(self._borders.piece_start) - 1
-            where = [(0.0, self._through[k - outside])] if k >= outside else []
-            if k < outside:
-                rows = slice(int(borders.piece_start[k]), int(borders.piece_start[k + 1]))
-                where = list(zip(borders.piece_s[rows].tolist(), borders.piece_area[rows].tolist(), strict=True))
-                where = _with_names(where, self._roads[k].names)
-            ends = [begin for begin, _ in where[1:]] + [float(self._length[k])]
-            last = len(where) - 1
-            self._of[k] = [
-                Piece(k, begin, end, i == 0, i == last, area, self._id() if area == own else 0)
-                for i, ((begin, area), end) in enumerate(zip(where, ends, strict=True))
-            ]
-        return self._of[k]
 
     def _id(self) -> int:
         self._next += 1
@@ -91,7 +76,7 @@ class Pieces:
 
     def of(self, road: int) -> list[Piece]:
         """Return the pieces of the road with an id, in order."""
-        return self._pieces(self._index[road])
+        return self._of[road]
 
     def at(self, road: int, s: float) -> Piece:
         """Return the piece of the road with an id that s lies on; the nearest one beyond the road's ends."""
@@ -102,7 +87,7 @@ class Pieces:
 
     def beside(self, piece: Piece, *, at_start: bool) -> Piece | None:
         """Return the piece before (or after) another one of the same road, None at the road's end."""
-        pieces = self._pieces(piece.curve)
+        pieces = self._pieces[piece.curve]
         k = pieces.index(piece) + (-1 if at_start else 1)
         return pieces[k] if 0 <= k < len(pieces) else None
 
