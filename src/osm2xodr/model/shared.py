@@ -49,6 +49,9 @@ class Direction(int, Enum):
 class LaneType(str, Enum):
     """Types of lanes, in OpenDRIVE's words."""
 
+    # In C, unlike that of `Enum`: sets and tables of types are asked a million times.
+    __hash__ = str.__hash__
+
     DRIVING = "driving"
     BIDIRECTIONAL = "bidirectional"
     BUS = "bus"

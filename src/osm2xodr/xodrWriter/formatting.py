@@ -28,6 +28,8 @@ _SPACE: Final = re.compile(r"[\t\n\r]+")
 # A choice: beyond what road vehicles reach.
 _NO_LIMIT_KMH: Final = 400
 
+_NOT_FINITE: Final = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
+
 _KMH: Final = 3.6  # km/h per m/s
 _MPH: Final = 1.0 / 0.44704  # international miles per hour per m/s
 
@@ -41,9 +43,15 @@ _POWERS_OF_TEN: Final = np.array([float(f"1e{k}") for k in range(61)])
 def number(value: float) -> str:
     """Write one number as the tables do, never as ``-0``; raise an OutputError if it is not finite."""
     if not math.isfinite(value):
-        msg = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
-        raise OutputError(msg)
+        raise OutputError(_NOT_FINITE)
     return NUMBER % (value + 0.0)
+
+
+def numbers(pattern: str, values: list[float]) -> str:
+    """Write numbers into a pattern as `number` does."""
+    if not math.isfinite(sum(values)):
+        raise OutputError(_NOT_FINITE)
+    return pattern % tuple([value + 0.0 for value in values])
 
 
 def position(value: float) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Final, TypeAlias
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
@@ -26,7 +27,7 @@ from osm2xodr.model import (
     RoadType,
 )
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import name_attribute, number, position, user_data
+from osm2xodr.xodrWriter.formatting import NUMBER, name_attribute, number, numbers, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.words import Words
 
@@ -35,6 +36,10 @@ _MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}
 
 # Ends of roads in the boundaries of junctions.
 _ENDS: Final = {0.0: "start", math.inf: "end"}
+
+_ID: Final = attrgetter("id")
+_DECIMALS: Final = formatting.POSITION_DECIMALS
+_WIDTH: Final = f'<width sOffset="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>'
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
@@ -49,7 +54,7 @@ class LaneWriter:
         self._words = words
         self._marks_in_junctions = marks_in_junctions
         self._sections: dict[tuple[int, bool, float | None], str] = {}
-        self._heads: dict[_Head, tuple[str, str]] = {}
+        self._heads: dict[_Head, tuple[str, str, tuple[str, ...]]] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
         # By side of the centre line, on which the words for a mark may depend.
         self._marks: tuple[dict[RoadMark, str], ...] = ({}, {}, {})
@@ -81,33 +86,35 @@ class LaneWriter:
     def _section(self, section: LaneSection, start: str, bare: bool, limit: float | None) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
-        unmarked = _unmarked(section.lanes, bare)
-        for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
-            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane, lane.id in unmarked, limit))
+        sign = self._words.lane_id(1)
+        lanes = sorted(section.lanes, key=_ID, reverse=sign > 0)
+        unmarked = _unmarked(lanes, bare)
+        for lane in lanes:
+            # 1 left of the centre line, -1 right of it, 0 for the centre lane.
+            side = sign * ((lane.id > 0) - (lane.id < 0))
+            texts[side].append(self._lane(lane, side, lane.id in unmarked, limit))
         sides = zip(("left", "center", "right"), map("\n".join, texts.values()), strict=True)
         inner = "\n".join([f"<{tag}>{text}</{tag}>" for tag, text in sides if text or tag == "center"])
         return f'<laneSection s="{start}">{inner}</laneSection>\n'
 
-    def _lane(self, lane: Lane, unmarked: bool, limit: float | None) -> str:
+    def _lane(self, lane: Lane, side: int, unmarked: bool, limit: float | None) -> str:
         """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
-        head, text = self._heads.get(key) or self._head(key)
-        widths = self._widths.get(lane.widths)
-        text += self._width(lane.widths) if widths is None else widths
+        head, text, users = self._heads.get(key) or self._head(key)
+        text += self._widths.get(lane.widths) or self._width(lane.widths)
         if lane.road_mark is not None and not unmarked:
-            side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None and lane.speed != limit:
             text += f'<speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>'
         access = self._words.access(lane.access.value) if lane.access is not Access.ALL else ()
-        for user in access or self._words.lane_users(lane.type.value):
+        for user in access or users:
             text += f'<access sOffset="0" rule="allow" restriction="{user}"/>'
         if lane.height:
             text += _heights(lane)
         return f"{head}>{text}</lane>" if text else f"{head}/>"
 
-    def _head(self, key: _Head) -> tuple[str, str]:
-        """Return and remember the start of a lane, and its links."""
+    def _head(self, key: _Head) -> tuple[str, str, tuple[str, ...]]:
+        """Return and remember the start of a lane, its links, and who alone may drive on its type."""
         number_, kind, predecessor, successor = key
         runs = self._words.lane_direction(kind.value)
         direction = f' direction="{runs}"' if runs else ""
@@ -117,16 +124,13 @@ class LaneWriter:
             before = "" if predecessor is None else f'<predecessor id="{words.lane_id(predecessor)}"/>'
             after = "" if successor is None else f'<successor id="{words.lane_id(successor)}"/>'
             links = f"<link>{before}{after}</link>"
-        self._heads[key] = head, links
-        return head, links
+        self._heads[key] = found = head, links, words.lane_users(kind.value)
+        return found
 
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Return and remember the ``<width>`` elements of a lane."""
-        text = "".join(
-            f'<width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
-            f' c="{number(w.c)}" d="{number(w.d)}"/>'
-            for w in widths
-        )
+        values = [v for w in widths for v in (round(w.s, _DECIMALS), round(w.a, _DECIMALS), w.b, w.c, w.d)]
+        text = numbers(_WIDTH * len(widths), values)
         self._widths[widths] = text
         return text
 
@@ -142,21 +146,21 @@ class LaneWriter:
         return text
 
 
-def _unmarked(lanes: tuple[Lane, ...], bare: bool) -> frozenset[int]:
+def _unmarked(lanes: list[Lane], bare: bool) -> frozenset[int]:
     """Return the ids of lanes whose mark is none and is not written; `bare` in junctions, of lanes for cars as well.
 
-    CARLA asks outside junctions for the marks at both edges of a lane that cars, bicycles or parked cars are on, and
-    wherever a lane has a mark for that of the next inner lane; without them it ends. See `docs/readers.md`.
+    `lanes` are in order. CARLA asks outside junctions for the marks at both edges of a lane that cars, bicycles or
+    parked cars are on, and wherever a lane has a mark for that of the next inner lane; without them it ends. See
+    `docs/readers.md`.
     """
     out: list[int] = []
-    whole = True
-    for sign in (1, -1):
-        for lane in sorted((item for item in lanes if item.id * sign > 0), key=lambda item: -abs(item.id)):
-            if not _is_none(lane) or not (bare or lane.type not in _MARKED):
-                whole = False
+    for order in (lanes, lanes[::-1]):
+        for lane in order:
+            if lane.id == 0 or not _is_none(lane) or not (bare or lane.type not in _MARKED):
                 break
             out.append(lane.id)
-    return frozenset(out + [item.id for item in lanes if item.id == 0 and bare and whole and _is_none(item)])
+    whole = bare and len(out) == len(lanes) - 1
+    return frozenset(out + [item.id for item in lanes if item.id == 0 and whole and _is_none(item)])
 
 
 def _is_none(lane: Lane) -> bool:
@@ -175,11 +179,6 @@ def _heights(lane: Lane) -> str:
             out += f'<height sOffset="{position(width.s)}" inner="{up}" outer="{up}"/>'
             last = up
     return out
-
-
-def _side(lane_id: int) -> int:
-    """Return 1 left of the centre line, -1 right of it, 0 for the centre lane."""
-    return (lane_id > 0) - (lane_id < 0)
 
 
 @dataclass(frozen=True, slots=True)
