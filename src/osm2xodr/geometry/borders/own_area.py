@@ -189,22 +189,22 @@ def _any(pieces: Pieces, road: int) -> int:
 
 
 def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
-    links = [link_beyond(road, piece, pieces, at_start=at_start) for at_start in (True, False)]
+    before, after = (link_beyond(road, piece, pieces, at_start=at_start) for at_start in (True, False))
     types, sections = road.types, road.lane_sections
     if not (piece.at_start and piece.at_end):
         types, sections = _types(types, piece), _sections(sections, piece)
-        if links[0] is not None and not piece.at_start:
+        if before is not None and not piece.at_start:
             sections = (_linked(sections[0], road, piece.begin, at_start=True), *sections[1:])
-        if links[1] is not None and not piece.at_end:
+        if after is not None and not piece.at_end:
             sections = (*sections[:-1], _linked(sections[-1], road, piece.end, at_start=False))
-    if links[0] is None and not (piece.at_start and road.predecessor is None):
+    if before is None and not (piece.at_start and road.predecessor is None):
         sections = (_unlinked(sections[0], at_start=True), *sections[1:])
-    if links[1] is None and not (piece.at_end and road.successor is None):
+    if after is None and not (piece.at_end and road.successor is None):
         sections = (*sections[:-1], _unlinked(sections[-1], at_start=False))
     middle = 0.5 * (piece.begin + piece.end)
     named = max((item for item in road.names if item.s <= middle), key=lambda item: item.s) if road.names else road
     junction = None if road.junction is None else pieces.junction(road.junction)
-    return Road(piece.id, named.name, junction, *links, types, sections, named.osm_way_ids, named.guesses)
+    return Road(piece.id, named.name, junction, before, after, types, sections, named.osm_way_ids, named.guesses)
 
 
 def _overlapping(starts: Sequence[float], piece: Piece) -> range:

@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.curves import ranks, repeated, runs, starts, unique_first
 from osm2xodr.geometry.pavement import defaults
+from osm2xodr.geometry.pavement.cells import draw_across
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
 from osm2xodr.geometry.pavement.faces import Faces
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -29,8 +30,6 @@ STRIP: Final = -2
 PAVED: Final = -3
 # The end face of a carriageway.
 FACE: Final = -4
-# Points are drawn so many at a time: few enough for a processor's cache.
-_AT_ONCE: Final = 16384
 # Cells around the lanes of a junction: outside.
 _BORDER: Final = 4
 
@@ -107,16 +106,11 @@ class Grids:
         count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int16)
         order = np.argsort(count, kind="stable")
         order = order[np.searchsorted(count[order], 0, side="right") :]
+        begin, end, grid = low.astype(np.float32), high.astype(np.float32), (self.first, self.across)
         # Cross sections of equal width at once.
         for equal in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
-            share = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)[:, None]
-            some = max(_AT_ONCE // len(share), 1)
-            for k in (equal[at : at + some] for at in range(0, len(equal), some)):
-                begin, end = low[k].astype(np.float32), high[k].astype(np.float32)
-                t = (end - begin) * share
-                t += begin
-                # One cross section after the other: where several cover a cell, the last one has it.
-                self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
+            shares = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)
+            draw_across(equal, shares, begin, end, self.x, self.y, self.nx, self.ny, *grid, value, self.road)
 
 
 def find_gaps(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:
