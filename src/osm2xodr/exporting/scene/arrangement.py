@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.shapes import LEVEL_APART
 
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
@@ -43,17 +43,18 @@ def triangles_of(faces: Any) -> tuple[FloatArray, IntArray]:
     return shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3], of
 
 
-def places_of(xy: FloatArray, grid: float) -> tuple[IntArray, FloatArray]:
-    """Return the place of each point (n, 2), m, and the places: points with the same node of a grid are one."""
+def places_of(xy: FloatArray, grid: float) -> tuple[IntArray, IntArray]:
+    """Return the place of each point (n, 2), m, and the first point of each: those at one node of a grid are one."""
     nodes = np.rint(xy / grid)
     _, first, place = np.unique(nodes[:, 0] + 1j * nodes[:, 1], return_index=True, return_inverse=True)
-    return place, xy[first]
+    return place, first
 
 
 def segments_of(lines: Any, grid: float) -> Any:
     """Return the straight pieces of lines between nodes of a grid, m, each once."""
     at, row = shapely.get_coordinates(shapely.get_parts(lines), return_index=True)
-    place, nodes = places_of(np.rint(at / grid) * grid, grid)
+    place, first = places_of(at, grid)
+    nodes = np.rint(at[first] / grid) * grid
     one, other = place[:-1][row[1:] == row[:-1]], place[1:][row[1:] == row[:-1]]
     low, high = np.minimum(one, other), np.maximum(one, other)
     pairs = np.unique((low * len(nodes) + high)[low < high])
@@ -98,26 +99,19 @@ def half_edges(faces: IntArray) -> tuple[IntArray, IntArray]:
     return faces.ravel(), np.roll(faces, -1, axis=1).ravel()
 
 
-def alone(faces: IntArray, others: IntArray | None = None) -> BoolArray:
-    """Return which sides of triangles no other triangle (of `others`) has the other way round, (3 n,)."""
-    start, end = half_edges(faces)
-    there = half_edges(faces if others is None else others)
-    n = int(max(faces.max(initial=0), there[0].max(initial=0))) + 1
-    return ~np.isin(start * n + end, there[1] * n + there[0])
-
-
-def steps(faces: IntArray, place: IntArray, xyz: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
+def steps(
+    start: IntArray, end: IntArray, place: IntArray, xyz: FloatArray, apart: float = LEVEL_APART
+) -> tuple[IntArray, IntArray, IntArray]:
     """Return the vertical triangles between sides that run together in plan but not in height.
 
-    `place` and `xyz` are those of vertices; sides that are farther apart than `LEVEL_APART` are those of roads above
-    each other. Besides return the two triangles of each, and the sides that are left without another one.
+    Sides run from and to vertices, whose place and x, y, z are given; those farther `apart`, m, are of roads above
+    each other. Besides return the two sides of each triangle, and the sides that are left without another one.
     """
-    start, end = half_edges(faces)
-    open_ = np.flatnonzero(alone(faces))
+    open_ = np.flatnonzero(~np.isin(start * len(xyz) + end, end * len(xyz) + start) & (place[start] != place[end]))
     p, q, z = place[start[open_]], place[end[open_]], 0.5 * (xyz[start[open_], 2] + xyz[end[open_], 2])
     ahead = p < q
     key = np.where(ahead, p, q) * (int(place.max(initial=0)) + 1) + np.where(ahead, q, p)
-    run = clusters(key, z, LEVEL_APART)
+    run = clusters(key, z, apart)
     order = np.lexsort((ahead, z, run))
     # Two that follow each other in height, and run against each other, belong together.
     one, other = order[:-1], order[1:]
@@ -133,4 +127,4 @@ def steps(faces: IntArray, place: IntArray, xyz: FloatArray) -> tuple[IntArray, 
         [np.column_stack([end[a], start[a], end[b]]), np.column_stack([end[a], end[b], start[b]])], axis=1
     ).reshape(-1, 3)
     real = (quads != np.roll(quads, 1, axis=1)).all(1)
-    return quads[real], np.repeat(np.column_stack([a, b]) // 3, 2, axis=0)[real], open_[left]
+    return quads[real], np.repeat(np.column_stack([a, b]), 2, axis=0)[real], open_[left]

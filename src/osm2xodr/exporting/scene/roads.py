@@ -255,7 +255,8 @@ def _layers(
     only = (np.bincount(of_cell, minlength=len(cells))[of_cell] == 1) & (wanted >= 0)
     kind = np.where(only, wanted, lanes.kind[top])
     xy, of = triangles_of(cells[of_cell])
-    place, places = places_of(xy.reshape(-1, 2), GRID)
+    place, first = places_of(xy.reshape(-1, 2), GRID)
+    places = xy.reshape(-1, 2)[first]
     own, flat = np.repeat(top[of], 3), xy.reshape(-1, 2)
     base = _base(lanes, places, place, lanes.group[own], np.repeat(middle[of], 3))
     more_of = lanes.values(own, flat)
@@ -286,7 +287,7 @@ def _surface(soup: Soup, tag: IntArray, uv: FloatArray, kinds: tuple[str, ...]) 
     """Return the surface of triangles, with steps where neighbours differ in height."""
     faces, place, xyz = welded(soup)
     kind, level = tag % len(kinds), tag // len(kinds)
-    kerbs, pair, left = steps(faces, place, xyz)
+    kerbs, pair, left = steps(*half_edges(faces), place, xyz)
     closing, sides = _closing(left, faces, place, xyz)
     names = (*kinds, KERB) if KERB not in kinds else kinds
     more = len(kerbs) + len(closing)
@@ -296,7 +297,7 @@ def _surface(soup: Soup, tag: IntArray, uv: FloatArray, kinds: tuple[str, ...]) 
         np.concatenate([faces, kerbs, closing]),
         np.concatenate([kind, np.full(more, names.index(KERB))]),
         names,
-        np.concatenate([level, level[pair].min(1), level[sides // 3]]),
+        np.concatenate([level, level[pair // 3].min(1), level[sides // 3]]),
     )
 
 

@@ -1,165 +1,100 @@
 """The ground between the edges of roads and the whole squares around them, as triangles between just their corners.
 
-Nothing is cut and nothing rounded: edges of roads and sides of squares do not touch, so that polygons between them
-need no overlay, and the triangles of the ground have the very corners of the roads.
+Edges of roads and sides of squares do not touch, so that the triangles of the ground have the very corners of the
+roads. Where these have several heights, as at portals, walls stand between the triangles that meet them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Final, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from scipy.spatial import cKDTree
 
-from osm2xodr.exporting.scene.ground.cells import Cells, on_the_left
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.curves import runs
+from osm2xodr.exporting.scene.arrangement import first_of, half_edges, places_of, steps, triangles_of
+from osm2xodr.exporting.scene.ground.cells import Cells
+from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
+# Whether places in plan (n, 2), m, lie on a road on the ground.
+Covered: TypeAlias = Callable[[FloatArray], BoolArray]
 
-@dataclass(frozen=True)
-class _Spokes:
-    """A fan of triangles around a place."""
-
-    around: tuple[int, ...]  # The other ends of its spokes, counter-clockwise, one more than triangles
-    triangles: tuple[int, ...]  # Rows
-    heights: tuple[int, int]  # The points that the place is where the fan begins and where it ends
+# Places closer together than this are the same, m: what is left of rounding.
+_SAME: Final = 1e-6
+# Corners of squares per line across the band.
+_PER_SPOKE: Final = 3
 
 
 def raised_triangles(
     triangles: IntArray, xyz: FloatArray, place: IntArray, rim: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Return triangles (n, 3) of points instead of places, and the walls between split fans (k, 3) likewise.
+    """Return triangles (n, 3) of points instead of places, and the walls (k, 3) where they differ in height.
 
     Triangles consist of places; `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2),
     are edges of points that have the road on their left: those that the ground has to meet. Places without an edge
     have one point.
     """
     point = np.zeros(int(place.max()) + 1, np.int64)
-    # The last one stays; of a place that ground stands at in two heights it is replaced below.
     point[place] = np.arange(len(place))
-    point[place[rim[:, 0]]] = rim[:, 0]
+    # Each place has the points of its edges: of several the lowest one.
+    ends, edge = rim.ravel(), np.repeat(np.arange(len(rim)), 2)
+    order = np.lexsort((xyz[ends, 2], place[ends]))
+    ends, edge = ends[order], edge[order]
+    first = np.flatnonzero(np.diff(place[ends], prepend=-1) != 0)
+    count = np.diff(np.append(first, len(ends)))
+    point[place[ends[first]]] = ends[first]
     out = point[triangles]
-    ends = np.concatenate([place[rim.ravel()][:, None], rim.reshape(-1, 1)], 1)
-    several = np.unique(ends, axis=0)[:, 0]
-    several = several[1:][several[1:] == several[:-1]]
-    if not len(several):
-        return out, np.zeros((0, 3), np.int64)
-    walls: list[tuple[int, int, int, int]] = []
-    # Triangles around the places in question, with the place first.
-    row, corner = np.nonzero(np.isin(triangles, several))
-    owner = triangles[row, corner]
-    others = np.column_stack([triangles[row, (corner + 1) % 3], triangles[row, (corner + 2) % 3]])
-    before, behind = _edges_at(rim, place, np.unique(several))
-    order = np.argsort(owner, kind="stable")
-    starts = np.searchsorted(owner[order], np.unique(several), "left")
-    stops = np.searchsorted(owner[order], np.unique(several), "right")
-    for here, start, stop in zip(np.unique(several).tolist(), starts.tolist(), stops.tolist(), strict=True):
-        rows = order[start:stop]
-        for fan in _fans(row[rows].tolist(), others[rows].tolist(), before[here], behind[here]):
-            split = _split(fan, xyz, point, here)
-            for k, triangle in enumerate(fan.triangles):
-                out[triangle, triangles[triangle] == here] = fan.heights[k >= split]
-            if fan.heights[0] != fan.heights[1]:
-                beside = fan.triangles[max(split - 1, 0)]
-                walls.append((*fan.heights, beside, fan.around[split]))
-    return out, np.array([_wall(out, triangles, *wall) for wall in walls], np.int64).reshape(-1, 3)
+    # Triangles on the right of the line of a higher edge go with it, as above a portal and straight on beside it.
+    many = np.maximum.reduceat(ends, first) > np.minimum.reduceat(ends, first) if len(first) else first > 0
+    rank = np.full(len(point), -1)
+    rank[place[ends[first[many]]]] = np.flatnonzero(many)
+    row, corner = np.nonzero(rank[triangles] >= 0)
+    own = rank[triangles[row, corner]]
+    owner, at = np.repeat(np.arange(len(row)), count[own]), runs(first[own], count[own])
+    begin, along = xyz[rim[edge[at], 0], :2], np.diff(xyz[rim[edge[at]], :2], axis=1)[:, 0]
+    off = xyz[out[row[owner]], :2].mean(1) - begin
+    right = along[:, 0] * off[:, 1] < along[:, 1] * off[:, 0]
+    z = xyz[ends[at], 2]
+    best = first_of(owner, np.where(right, -z, z), ~right)
+    out[row, corner] = ends[at[best]]
+    # Sides at an edge have its points.
+    total = len(point)
+    key = place[rim[:, 1]] * total + place[rim[:, 0]]
+    order = np.argsort(key, kind="stable")
+    start, end = half_edges(triangles)
+    found = np.minimum(np.searchsorted(key[order], start * total + end), max(len(key) - 1, 0))
+    side = np.flatnonzero(key[order][found] == start * total + end)
+    row, corner, met = side // 3, side % 3, rim[order[found[side]]]
+    out[row, corner], out[row, (corner + 1) % 3] = met[:, 1], met[:, 0]
+    start, end = half_edges(out)
+    walls, _, _ = steps(np.concatenate([start, rim[:, 0]]), np.concatenate([end, rim[:, 1]]), place, xyz, np.inf)
+    return out, walls
 
 
-def _edges_at(
-    rim: IntArray, place: IntArray, places: IntArray
-) -> tuple[dict[int, dict[int, int]], dict[int, dict[int, int]]]:
-    """Return by place the edges that come to it and that leave it: the place they join it to, and its point."""
-    before: dict[int, dict[int, int]] = {int(item): {} for item in places}
-    behind: dict[int, dict[int, int]] = {int(item): {} for item in places}
-    for a, b in rim[np.isin(place[rim], places).any(1)].tolist():
-        one, other = int(place[a]), int(place[b])
-        if one == other:
-            continue
-        if other in before:
-            before[other][one] = b
-        if one in behind:
-            behind[one][other] = a
-    return before, behind
-
-
-def _fans(
-    rows: Sequence[int], others: Sequence[Sequence[int]], before: dict[int, int], behind: dict[int, int]
-) -> list[_Spokes]:
-    """Return the fans around a place: they begin at an edge that comes to it and end at one that leaves it."""
-    follows = {first: (row, second) for row, (first, second) in zip(rows, others, strict=True)}
-    out = []
-    for first in sorted(before):
-        around, triangles = [first], list[int]()
-        while around[-1] in follows and (len(around) == 1 or around[-1] not in behind):
-            row, last = follows[around[-1]]
-            triangles.append(row)
-            around.append(last)
-        if triangles and around[-1] in behind:
-            out.append(_Spokes(tuple(around), tuple(triangles), (before[first], behind[around[-1]])))
-    return out
-
-
-def _split(fan: _Spokes, xyz: FloatArray, point: IntArray, here: int) -> int:
-    """Return the spoke at which a fan is split: that which goes on straight from the higher edge's line."""
-    low, high = xyz[list(fan.heights), 2]
-    ends = xyz[point[list(fan.around)], :2] - xyz[point[here], :2]
-    ends /= np.maximum(np.hypot(*ends.T), 1e-9)[:, None]
-    return int(np.argmin(ends @ ends[-1 if high > low else 0]))
-
-
-def _wall(out: IntArray, triangles: IntArray, first: int, last: int, beside: int, end: int) -> tuple[int, int, int]:
-    """Return the triangle between the parts of a fan, whose spoke ends at a place."""
-    return first, int(out[beside][triangles[beside] == end][0]), last
-
-
-# ---------------------------------------------------------------- the band
-
-ComplexArray: TypeAlias = npt.NDArray[np.complex128]
-
-# Corners of squares per line across the band.
-_PER_SPOKE: Final = 3
-
-
-def band_triangles(cells: Cells, xy: FloatArray, rim: IntArray) -> IntArray:
+def band_triangles(cells: Cells, xy: FloatArray, rim: IntArray, covered: Covered) -> IntArray:
     """Return the triangles (n, 3) between rims and whole squares, counter-clockwise.
 
-    `xy`, (points, 2), m, are different places, and `rim`, (m, 2), edges between them with the road on their left.
-    Of the triangles' corners those below `points` are rows of `xy`, the others corners of squares, in rows from
-    south to north, after all of these.
+    `xy`, (points, 2), m, are different places, and `rim`, (m, 2), edges between them. Of the triangles' corners those
+    below `points` are rows of `xy`, the others corners of squares, in rows from south to north, after all of these.
     """
     if not len(rim):
         return np.zeros((0, 3), np.int64)
     nodes = np.column_stack([axis.ravel() for axis in cells.node_xy()])
-    sides = _sides(cells)
     places = np.concatenate([xy, nodes])
-    edges = np.concatenate([rim[:, ::-1], len(xy) + sides])
+    edges = np.concatenate([rim[:, ::-1], len(xy) + _sides(cells)])
     used = np.unique(edges)
     lines = shapely.linestrings(places[np.concatenate([edges, _spokes(places, rim, edges, len(xy))])])
     faces = shapely.get_parts(shapely.polygonize(lines))
-    faces = shapely.orient_polygons(faces)
-    index = _Places(places[used], used)
-    corners, face = shapely.get_coordinates(shapely.get_exterior_ring(faces), return_index=True)
-    number = index.find(corners)
-    follows = face[1:] == face[:-1]
-    # All edges of an outline have the same on their left: ground, if one has; not so where roads lie over each other.
-    total = len(places)
-    here, there, known = number[:-1] * total + number[1:], number[1:] * total + number[:-1], edges @ (total, 1)
-    ground, road = (
-        np.bincount(face[:-1][np.isin(keys, known) & follows], minlength=len(faces)) > 0 for keys in (here, there)
-    )
-    both = np.flatnonzero(ground & road)
-    inside = shapely.get_coordinates(shapely.point_on_surface(faces[both])).reshape(-1, 2)
-    ground[both] = ~on_the_left(inside, xy[rim[:, 0]], xy[rim[:, 1]])
-    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(faces[ground]))
-    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
-    triangles = index.find(corners.reshape(-1, 2)).reshape(-1, 3)
-    a, b, c = (places[triangles[:, k]] for k in range(3))
-    turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    triangles[turn < 0] = triangles[turn < 0][:, ::-1]
-    return triangles
+    inside = shapely.get_coordinates(shapely.point_on_surface(faces)).reshape(-1, 2)
+    column, row = np.floor(inside / GROUND_CELL).astype(np.int64).T
+    band = (cells.near & cells.ground)[row - cells.row, column - cells.column] & ~covered(inside)
+    corners, _ = triangles_of(faces[band])
+    place, first = places_of(np.concatenate([places[used], corners.reshape(-1, 2)]), _SAME)
+    out: IntArray = used[first[place[len(used) :]]].reshape(-1, 3)
+    return out
 
 
 def _sides(cells: Cells) -> IntArray:
@@ -197,23 +132,3 @@ def _spokes(places: FloatArray, rim: IntArray, edges: IntArray, first: int) -> I
     meets = (spokes[spoke][:, :, None] == edges[edge][:, None]).any((1, 2))
     crossed = np.unique(spoke[~meets])
     return np.delete(spokes, crossed, 0)
-
-
-class _Places:
-    """Finds places by their exact coordinates."""
-
-    def __init__(self, xy: FloatArray, number: IntArray) -> None:
-        order = np.lexsort((xy[:, 1], xy[:, 0]))
-        self._keys = _key(xy[order])
-        self._number = number[order]
-
-    def find(self, xy: FloatArray) -> IntArray:
-        """Return the numbers of places (n, 2) that are known."""
-        out: IntArray = self._number[np.searchsorted(self._keys, _key(xy))]
-        return out
-
-
-def _key(xy: FloatArray) -> ComplexArray:
-    """Return complex numbers, which are in order by x, then y."""
-    # Not -0.0, which is in the same place.
-    return np.ascontiguousarray(xy + 0.0).view(np.complex128).ravel()

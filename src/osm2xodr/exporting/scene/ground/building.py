@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
-from osm2xodr.exporting.scene.ground.band import band_triangles, raised_triangles
+from osm2xodr.exporting.scene.ground.band import Covered, band_triangles, raised_triangles
 from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
@@ -79,10 +80,11 @@ def build_ground(
     xy, place = np.unique(points[:, :2], axis=0, return_inverse=True)
     flat = place[edges]
     flat = flat[flat[:, 0] != flat[:, 1]]
+    covered = _on_roads(surface)
     above, below = (_points_of(surface, level) for level in (Level.BRIDGE, Level.TUNNEL))
     others = np.concatenate([above, below])[:, :2]
     found = None if water is None or height is None or not water.areas else water.found_at
-    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, APRON if height is None else REACH, found)
+    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, covered, APRON if height is None else REACH, found)
     x, y = (axis.ravel() for axis in cells.node_xy())
     limits = _limits(points[edges], beyond, above, below)
     level = np.full(cells.nodes, np.nan) if water is None else water.level_of(cells.water)
@@ -93,7 +95,7 @@ def build_ground(
     cells, z = replace(cells, inside=inside), continued(z)
     vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
     places = np.concatenate([place, len(xy) + np.arange(len(x))])
-    band, walls = raised_triangles(band_triangles(cells, xy, flat), vertices, places, edges)
+    band, walls = raised_triangles(band_triangles(cells, xy, flat, covered), vertices, places, edges)
     band, walls = (faces[has_area(vertices, faces, LEAST_AREA)] for faces in (band, walls))
     steep = _steep(vertices[band])
     parts = []
@@ -171,6 +173,19 @@ def _edge_points(surface: RoadSurface, rim: Rim, known: Height) -> tuple[FloatAr
     over[:, 2] = np.fmax(known(over[:, 0], over[:, 1]), over[:, 2] + TUNNEL_COVER)
     edges[portal] = len(points) + raised.reshape(-1, 2)
     return np.concatenate([points, over]), edges
+
+
+def _on_roads(surface: RoadSurface) -> Covered:
+    """Return what says whether places in plan (n, 2), m, lie on a road on the ground."""
+    shapes = shapely.polygons(surface.vertices[surface.faces[surface.level == Level.GROUND]][:, :, :2])
+    tree = shapely.STRtree(shapes[shapely.area(shapes) > 0.0])
+
+    def covered(xy: FloatArray) -> BoolArray:
+        out = np.zeros(len(xy), np.bool_)
+        out[tree.query(shapely.points(xy), predicate="intersects")[0]] = True
+        return out
+
+    return covered
 
 
 def _points_of(surface: RoadSurface, level: Level) -> FloatArray:

@@ -27,8 +27,6 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 GROUND_BLOCK: Final = 4
 # Corners closer to the outline of the ground than this lie on it, m, so that no triangle there is a sliver. A choice.
 _ON_OUTLINE: Final = 0.1
-# Points and edges that are compared at once: some 8 MB a table.
-_PAIRS: Final = 1 << 20
 # Points of blocks lie closer together or farther apart than their middles by a diagonal at most, and the largest
 # squares that the outline crosses have corners another one away, m.
 _DIAGONALS: Final = 2.0 * np.sqrt(2.0) * GROUND_CELL * GROUND_BLOCK
@@ -130,14 +128,15 @@ def cells_around(
     start: FloatArray,
     end: FloatArray,
     others: FloatArray,
+    covered: Callable[[FloatArray], BoolArray],
     reach: float = REACH,
     found: Callable[[FloatArray, FloatArray], IntArray] | None = None,
 ) -> Cells:
     """Return the squares up to `reach` metres from roads on the ground, and those of water beyond.
 
-    `start` and `end`, (n, 2), are those of the rim's edges, which have the road on their left, m; `others`, (k, 2),
-    are points of roads that are not on the ground. `found` gives the area of water at x, y (n,), m, -1 where there
-    is none. `InputError` if roads span too much for the memory.
+    `start` and `end`, (n, 2), are those of the rim's edges, m; `others`, (k, 2), are points of roads that are not on
+    the ground. `covered` says whether places lie on a road on the ground, `found` gives the area of water at x, y
+    (n,), m, -1 where there is none. `InputError` if roads span too much for the memory.
     """
     rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
@@ -168,7 +167,7 @@ def cells_around(
                 beyond[i : i + GROUND_BLOCK * rows : GROUND_BLOCK, j : j + GROUND_BLOCK * columns : GROUND_BLOCK] > 0
             )
     ground = _squares(within)
-    return Cells(column, row, ground, _near(rim, start, end, column, row, ground), inside, beyond, water)
+    return Cells(column, row, ground, _near(rim, covered, column, row, ground), inside, beyond, water)
 
 
 def _with_water(inside: FloatArray, far: FloatArray, wet: BoolArray, reach: float) -> tuple[FloatArray, FloatArray]:
@@ -215,10 +214,12 @@ def _closed(inside: FloatArray, reach: float) -> FloatArray:
     return np.where(fill[gaps], reach, inside)
 
 
-def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row: int, ground: BoolArray) -> BoolArray:
+def _near(
+    rim: FloatArray, covered: Callable[[FloatArray], BoolArray], column: int, row: int, ground: BoolArray
+) -> BoolArray:
     """Return which squares have a road on them or come too close to one."""
     out = np.zeros(ground.shape, np.bool_)
-    if not len(start):
+    if not len(rim):
         return out
     # Half a sample lies between a point of an edge and the next one.
     off = KEEP_OFF + 0.5 * SAMPLE
@@ -231,25 +232,8 @@ def _near(rim: FloatArray, start: FloatArray, end: FloatArray, column: int, row:
     first = np.unique(label, return_index=True)[1]
     rows, columns = np.divmod(first, ground.shape[1])
     middle = GROUND_CELL * (np.column_stack([columns + column, rows + row]) + 0.5)
-    road = on_the_left(middle, start, end)
+    road = covered(middle)
     # Those without a label are near already.
     road[label.ravel()[first] == 0] = True
     found: BoolArray = road[label]
     return found
-
-
-def on_the_left(points: FloatArray, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Return which points (n, 2) lie inside of closed outlines of directed edges, counter-clockwise around it."""
-    out = np.zeros(len(points), np.bool_)
-    (x0, y0), (x1, y1) = start.T, end.T
-    up = np.where(y1 > y0, 1, -1)
-    low, high = np.minimum(y0, y1), np.maximum(y0, y1)
-    step = max(1, _PAIRS // max(len(start), 1))
-    for first in range(0, len(points), step):
-        part = slice(first, first + step)
-        x, y = points[part, 0, None], points[part, 1, None]
-        beside = (low <= y) & (y < high)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            right = x0 + (y - y0) / (y1 - y0) * (x1 - x0) > x
-        out[part] = (np.where(beside & right, up, 0)).sum(1) > 0
-    return out
