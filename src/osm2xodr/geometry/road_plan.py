@@ -51,6 +51,7 @@ from osm2xodr.geometry.junctions import (
 from osm2xodr.geometry.margins import (
     Margins,
     SidewalkEnds,
+    ends_of_tracks,
     find_margins,
     find_sidewalk_ends,
     lay_out_corners,
@@ -86,7 +87,7 @@ from osm2xodr.geometry.plan_view import (
     trims_clear_of_bends,
 )
 from osm2xodr.geometry.through_lanes import keep_lanes_in_line
-from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, StreetNetwork
 from osm2xodr.system import Task
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
@@ -155,8 +156,10 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
     report_missing_corners(network, plan.layout, left_out, found)
     ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
-    margins = round_off(plan.parts, margins, blunt)
+    margins = round_off(plan.parts, margins, blunt, LaneType.SIDEWALK)
     corners = with_cycle_tracks(corners, plan.parts, margins, plan.connecting, network.rule)
+    tracks = ends_of_tracks(plan.parts, margins, plan.connecting, corners)
+    margins = round_off(plan.parts, margins, tuple(tracks), LaneType.BIKING)
     junction = plan.parts.end_junction.ravel()[np.array([end for end, _ in blunt], np.int64)]
     return RoadSides(margins, corners, ends, junction, found)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from junction_cases import CASES
-from margin_cases import BOTH, VERGE, WALK, built, is_led_on
+from margin_cases import BOTH, TRACK, VERGE, WALK, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, width_at
 from street_cases import Case
 
@@ -34,11 +34,11 @@ def ending(roads: RoadMap) -> list[tuple[Road, Lane]]:
     ]
 
 
-def walk_width(roads: RoadMap, way: int, side: int, from_end: float) -> float:
-    """Return how wide the sidewalk at a side of a way's road is before the road's end, m."""
+def walk_width(roads: RoadMap, way: int, side: int, from_end: float, kind: LaneType = LaneType.SIDEWALK) -> float:
+    """Return how wide the sidewalk (or another lane) at a side of a way's road is before the road's end, m."""
     (road,) = (road for road in roads.roads if road.osm_way_ids == (way,))
     section = road.lane_sections[-1]
-    (lane,) = (lane for lane in section.lanes if lane.type is LaneType.SIDEWALK and lane.id * side > 0)
+    (lane,) = (lane for lane in section.lanes if lane.type is kind and lane.id * side > 0)
     return width_at(lane.widths, RoadMeasures(roads).length(road) - from_end - section.s)
 
 
@@ -193,6 +193,17 @@ def test_beside_corners_that_nobody_turns_round_they_stay_blunt(rule: Rule) -> N
         wide = walk_width(roads, 1, side, 2.0 * (1.0 - math.cos(turn)))
         assert wide == pytest.approx(2.0 * math.sin(turn), abs=1e-6)
     assert walk_width(roads, 1, side, 3.0) == pytest.approx(2.0, abs=1e-9)
+
+
+@EITHER
+def test_cycle_tracks_that_nothing_continues_have_round_ends(rule: Rule) -> None:
+    """Of the street from west to east only the western part has any, and that on one side behind its sidewalk."""
+    near, far = (1, -1) if rule is Rule.RIGHT_HAND else (-1, 1)
+    roads = built(CASES["x"].case, {1: ((VERGE, TRACK), (TRACK, WALK))}, rule)
+    assert_sound(roads)
+    width = [walk_width(roads, 1, near, at, LaneType.BIKING) for at in (0.0, 0.8, 1.6)]
+    assert width == pytest.approx([0.001, 1.6 * math.sin(math.radians(60.0)), 1.6], abs=1e-6)
+    assert walk_width(roads, 1, far, 0.0, LaneType.BIKING) == pytest.approx(1.6, abs=1e-9)
 
 
 @EITHER

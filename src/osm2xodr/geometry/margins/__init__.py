@@ -5,7 +5,7 @@ from __future__ import annotations
 from osm2xodr.geometry.margins.corner_lanes import with_lanes_of_sections
 from osm2xodr.geometry.margins.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.margins.corner_strips import inner_width
-from osm2xodr.geometry.margins.cycle_tracks import with_cycle_tracks
+from osm2xodr.geometry.margins.cycle_tracks import ends_of_tracks, with_cycle_tracks
 from osm2xodr.geometry.margins.sidewalk_ends import SidewalkEnds, find_sidewalk_ends, round_off
 from osm2xodr.geometry.margins.strip_clearance import margins_with_room
 from osm2xodr.geometry.margins.strip_lanes import add_margins, has_width
@@ -15,6 +15,7 @@ __all__ = [
     "Margins",
     "SidewalkEnds",
     "add_margins",
+    "ends_of_tracks",
     "find_margins",
     "find_sidewalk_ends",
     "has_width",

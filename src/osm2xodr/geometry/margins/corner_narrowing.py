@@ -87,7 +87,7 @@ def _wedged(
     out = list(_kerbside(parts, margins, rows))
     for end, wedge in found:
         beside = out[end // 2]
-        kept = (item for item in beside[-(end % 2)].wedges if not item.lies_at(end, wedge.side))
+        kept = (item for item in beside[-(end % 2)].wedges if not item.lies_at(end, wedge.side, wedge.type))
         last = replace(beside[-(end % 2)], wedges=(*kept, wedge))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
     return tuple(out)

@@ -54,6 +54,20 @@ def _one_pair_of_each_junction(junction: IntArray, arms: IntArray) -> Iterator[I
         yield np.flatnonzero(turn[at.ravel()] == k)
 
 
+def ends_of_tracks(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads
+) -> Iterator[tuple[int, int]]:
+    """Yield road ends and sides (left 1, right -1) at which cycle tracks end that have nothing outside of them."""
+    linked = {
+        place for one, lane, other, beyond in _linked(cars, corners) for place in ((one, lane), (other, beyond))
+    }
+    for end in np.union1d(cars.entry, cars.exit).tolist():
+        for side in (1, -1):
+            strips = strips_at_end(parts, margins[end // 2], end, side)
+            if strips and strips[-1][1].type is LaneType.BIKING and (end, strips[-1][0]) not in linked:
+                yield end, side
+
+
 def _linked(cars: ConnectingRoads, corners: ConnectingRoads) -> set[_Link]:
     """Return what lanes for bicycles link already."""
     out: set[_Link] = set()

@@ -113,18 +113,18 @@ def _places(ends: SidewalkEnds, cars: ConnectingRoads) -> tuple[IntArray, IntArr
 
 
 def round_off(
-    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[tuple[int, int]]
+    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[tuple[int, int]], kind: LaneType
 ) -> tuple[Margins, ...]:
-    """Return strips whose sidewalks have round ends at some road ends and sides: their back bends to their kerb."""
+    """Return strips of which those of a type have round ends at some places: their back bends to their kerb."""
     out = list(margins)
     for end, side in places:
         beside = out[end // 2]
         here = beside[-(end % 2)]
-        width = next(item.width for item in here.strips(side) if item.type is LaneType.SIDEWALK)
+        width = next(item.width for item in here.strips(side) if item.type is kind)
         length = min(width, _ROUND_SHARE * float(parts.length[end // 2]))
         widths = tuple((length * (1.0 - cos), max(width * sin, _ROUND_TIP)) for sin, cos in _ROUND)
-        kept = (item for item in here.wedges if not item.lies_at(end, side))
-        last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, widths)))
+        kept = (item for item in here.wedges if not item.lies_at(end, side, kind))
+        last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, widths, kind)))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
     return tuple(out)
 

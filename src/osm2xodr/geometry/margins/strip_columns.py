@@ -41,7 +41,7 @@ class Column:
     def strip_at(self, end: int, side: int) -> MarginSpec | None:
         """Return the strip at a road end, as narrow as a wedge leaves it, at the side (left 1, right -1) it is on."""
         strip = self.strips[-(end % 2)]
-        wedge = next((item for item in self.wedges if item.lies_at(end, side)), None)
+        wedge = next((item for item in self.wedges if item.lies_at(end, side, self.kind.type)), None)
         return strip if strip is None or wedge is None else replace(strip, width=wedge.width)
 
     @property
@@ -109,12 +109,8 @@ def _wedges(column: Sequence[MarginSpec | None], margins: Margins, side: int) ->
         wedge
         for end in (0, 1)
         for wedge in margins[-end].wedges
-        if wedge.lies_at(end, side) and _is_sidewalk(column[-end])
+        if (strip := column[-end]) is not None and wedge.lies_at(end, side, strip.type)
     )
-
-
-def _is_sidewalk(strip: MarginSpec | None) -> bool:
-    return strip is not None and strip.type is LaneType.SIDEWALK
 
 
 def _same_kind(column: Sequence[MarginSpec | None], strip: MarginSpec) -> bool:

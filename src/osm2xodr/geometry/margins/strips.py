@@ -9,29 +9,30 @@ from osm2xodr.geometry.defaults import SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import MarginSpec
+from osm2xodr.model import LaneType, MarginSpec
 
 Strips = tuple[MarginSpec, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Wedge:
-    """How the sidewalk at one side of a road becomes narrower before a junction."""
+    """How the sidewalk or cycle track at one side of a road becomes narrower before a junction."""
 
     side: int  # Left 1, right -1, seen along the road
     at_end: bool  # Whether at the road's end, else at its start
     # Distances from where the road ends, m, ascending, and how wide it is there, m; evenly between them. At the last
     # one it is as wide as elsewhere
     widths: tuple[tuple[float, float], ...]
+    type: LaneType = LaneType.SIDEWALK
 
     @property
     def width(self) -> float:
         """How wide it is where the road ends, m."""
         return self.widths[0][1]
 
-    def lies_at(self, end: int, side: int) -> bool:
-        """Say whether it is that at one side of a road end."""
-        return (self.at_end, self.side) == (end % 2 == 1, side)
+    def lies_at(self, end: int, side: int, kind: LaneType) -> bool:
+        """Say whether it is that of a strip of a type at one side of a road end."""
+        return (self.at_end, self.side, self.type) == (end % 2 == 1, side, kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ class MarginStretch:
     right: Strips
     way: int  # The OSM way (the first, where it is made of several)
     tight: bool = False  # Whether there is no room for wider or more strips
-    wedges: tuple[Wedge, ...] = ()  # Where its sidewalks end at junctions, narrower than elsewhere
+    wedges: tuple[Wedge, ...] = ()  # Where its strips end at junctions, narrower than elsewhere
     notches: tuple[Notch, ...] = ()  # In the first stretch of a road: where bends of the road leave strips less room
 
     def strips(self, side: int) -> Strips:
