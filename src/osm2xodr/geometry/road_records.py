@@ -203,28 +203,20 @@ def connecting_road_records(
         connecting.height,
     )
     out: list[Road] = []
-    widths = lane_widths_on(lines, connecting)
+    widths, unmarked = lane_widths_on(lines, connecting), (NO_MARK, NO_MARK)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, start, length, own, height) in enumerate(rows):
         inner, outermost = connecting.inner[k], (connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
-        tapers = w0 != w1 or any(item.entry_width != item.exit_width for item in inner)
-        rest = (start, length) if tapers else (0.0, 0.0), types[entry, exit_][0].speed, connecting.access[k]
-        edges = marks.get(k, (NO_MARK, NO_MARK))
-        key = own, inner, outermost, rest, widths.get(k), edges
-        if key not in known:
-            known[key] = _lanes_through(own, (*reversed(inner), InnerLane(*outermost)), *rest, widths.get(k), edges)
-        out.append(
-            Road(
-                id=ids.connecting(k),
-                name="",
-                junction=ids.junction(junction),
-                predecessor=links[entry],
-                successor=links[exit_],
-                types=types[entry, exit_],
-                lane_sections=known[key],
-                osm_way_ids=(),
-            )
-        )
+        tapers = w0 != w1 or (inner and any(item.entry_width != item.exit_width for item in inner))
+        kind, width, edges = types[entry, exit_], widths.get(k), marks.get(k, unmarked)
+        rest = (start, length) if tapers else (0.0, 0.0), kind[0].speed, connecting.access[k]
+        key = own, inner, outermost, rest, width, edges
+        sections = known.get(key)
+        if sections is None:
+            across = (*reversed(inner), InnerLane(*outermost))
+            sections = known[key] = _lanes_through(own, across, *rest, width, edges)
+        ends = links[entry], links[exit_]
+        out.append(Road(ids.connecting(k), "", ids.junction(junction), *ends, kind, sections, ()))
     return out
 
 

@@ -71,6 +71,8 @@ class LaneType(str, Enum):
 class Access(str, Enum):
     """Which cars may drive on a lane, in OpenDRIVE's words."""
 
+    __hash__ = str.__hash__
+
     ALL = ""
     HOV = "HOV"  # High-occupancy vehicles: cars with several people in them, and buses
 

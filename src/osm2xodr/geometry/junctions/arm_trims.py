@@ -19,6 +19,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
+from osm2xodr.geometry.junctions.nearest_places import nearest_places
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.system import map_parallel
@@ -46,11 +47,10 @@ _FIRST_ENTRY: Final = 12.0
 # Between these angles of two arms, rad (25 and 160 degrees), a turn from one to the other has a kerb. A choice.
 _LEAST_CORNER: Final = np.deg2rad(25.0)
 _LARGEST_CORNER: Final = np.deg2rad(160.0)
-# Pairs, and distances between places, that are worked out at once: as many as the processor's cache holds.
+# Pairs that are worked out at once: as many as the processor's cache holds.
 _PAIRS_AT_ONCE: Final = 1500
 # And so many by a process: enough to be worth a copy of it.
 _PAIRS_PER_SHARE: Final = 9000
-_DISTANCES_AT_ONCE: Final = 40_000
 
 
 def footprints(ends: StreetEnds, arms: list[list[int]], jobs: int = 1) -> tuple[FloatArray, FloatArray]:
@@ -140,7 +140,8 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
         for lo, hi in pairwise((0, *_STATIONS_BEFORE_A_LOOK, len(stations))):
             a, b = one[todo], other[todo]
             qx, qy = px[a, lo:hi], py[a, lo:hi]
-            found = _nearest(qx, qy, x[b], y[b])
+            found = np.zeros(qx.shape, np.int64)
+            nearest_places(qx, qy, x[b], y[b], found)
             at = b[:, None], found
             dx, dy = qx - x[at], qy - y[at]
             ds = dx * cos[at] + dy * sin[at]
@@ -160,20 +161,6 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
         there = np.where(here > 0, stations[near[np.arange(len(i)), last]], 0.0)
         cover, across = np.maximum(cover, here), np.maximum(across, there)
     return cover, across
-
-
-def _nearest(px: FloatArray, py: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
-    """Return which of the places x, y, (n, m), of its row is nearest to each point, (n, points)."""
-    out = np.empty(px.shape, np.int64)
-    size = max(1, _DISTANCES_AT_ONCE // (px.shape[1] * x.shape[1]))
-    for part in blocks(len(px), size):
-        square = px[part, :, None] - x[part, None, :]
-        square *= square
-        across = py[part, :, None] - y[part, None, :]
-        across *= across
-        square += across
-        square.argmin(2, out=out[part])
-    return out
 
 
 def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:
