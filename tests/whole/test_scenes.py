@@ -109,6 +109,8 @@ def test_every_car_road_of_osm_is_carried(converted: Conversion) -> None:
     assert (distance <= 0.5).mean() >= 0.99, missed
 
 
-def test_same_input_same_bytes_by_any_number_of_processes(scene: Scene, conversions: Conversions) -> None:
+def test_same_input_same_bytes_by_any_number_of_processes_on_any_processor(
+    scene: Scene, conversions: Conversions
+) -> None:
     once = conversions.of(scene).path.read_bytes()
     assert conversions.of(scene, jobs=3).path.read_bytes() == once

@@ -3,8 +3,8 @@
 `plan_views` tables of curves · `records` places on them · `spirals` their shapes · `cubics` piecewise cubics ·
 `dubins` shortest curves between poses · `nearest` curves near points · `crossings` curves that cross · `overlaps`
 roads over each other · `clearances` room between them · `polygons` points in areas · `polylines` along them ·
-`table` equally long columns · `ragged` groups in flat arrays, distinct integers · `trigonometry`, `exponentials`,
-`transverse_mercator` same everywhere
+`table` equally long columns · `ragged` groups in flat arrays, distinct integers. The same on every machine:
+`trigonometry` · `exponentials` · `elimination` systems of equations · `transverse_mercator`
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from osm2xodr.curves.cubics import (
     value_of_cubics,
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
+from osm2xodr.curves.elimination import Factors, dot, elimination_order, solve_dense, solve_sparse
 from osm2xodr.curves.exponentials import cube_root, exp, log, power
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, sample_curves
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_boxes, overlapping_pairs
@@ -87,6 +88,7 @@ __all__ = [
     "SAMPLE_SPACING",
     "ClosePlaces",
     "CurveFinder",
+    "Factors",
     "RaggedTable",
     "RoadGraph",
     "Stations",
@@ -113,8 +115,10 @@ __all__ = [
     "cut_curves",
     "cut_records",
     "distance_to_outline",
+    "dot",
     "dubins_curves",
     "dubins_without_slivers",
+    "elimination_order",
     "end_curvature",
     "exp",
     "find_record",
@@ -158,6 +162,8 @@ __all__ = [
     "smooth_cubic",
     "smooth_step",
     "snap_cuts",
+    "solve_dense",
+    "solve_sparse",
     "sorted_unique",
     "spirals_between",
     "stack_plan_views",

@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
@@ -23,6 +22,7 @@ from osm2xodr.curves import (
     curve_ends,
     pose,
     sine,
+    solve_sparse,
     unique_rows,
     wrapped,
 )
@@ -73,7 +73,7 @@ class _Shifts:
         entries += [(k, n, -s) for k, (n, s) in enumerate(self.before) if n >= 0]
         row, column, sign = (np.array(item) for item in zip(*entries, strict=True))
         matrix = sp.csr_matrix((sign, (row, column)), shape)
-        found = spsolve((matrix.T @ matrix + sp.diags(self.weight)).tocsc(), -(matrix.T @ np.array(self.off)))
+        found = solve_sparse(matrix.T @ matrix + sp.diags(self.weight), -(matrix.T @ np.array(self.off)))
         most = np.array(self.most)
         return np.asarray(np.where(np.abs(found) < defaults.IN_LINE_LEAST, 0.0, np.clip(found, -most, most)))
 

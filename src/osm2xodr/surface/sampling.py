@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    exp,
     hypot,
     smooth_step,
 )
@@ -94,7 +95,7 @@ class Trend:
         z = self.polynomial.heights(near_x, near_y)
         dx, dy = x - near_x, y - near_y
         away = hypot(dx, dy) / self.fade
-        share = np.where(away > 0.0, -np.expm1(-away) / np.where(away > 0.0, away, 1.0), 1.0)
+        share = np.where(away > 0.0, (1.0 - exp(-away)) / np.where(away > 0.0, away, 1.0), 1.0)
         z = z + share * (self.slope[0] * dx + self.slope[1] * dy)
         return np.clip(z, self.lowest, self.highest)
 

@@ -41,7 +41,7 @@ def canopy_stages(beams: Beams, stiffness: Callable[[FloatArray], sp.csr_matrix]
     A beam on an elastic foundation gives way over the length (1 / (w q))^(1/4).
     """
     for length, tolerance in defaults.CANOPY_STAGES:
-        flexibility = np.minimum(beams.flexibility, 1.0 / (beams.density * length**4))
+        flexibility = np.minimum(beams.flexibility, 1.0 / (beams.density * (length * length * length * length)))
         yield Stage(stiffness(flexibility), tolerance)
 
 

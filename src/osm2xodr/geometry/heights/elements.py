@@ -144,7 +144,7 @@ def hermite_curvature(u: FloatArray, h: FloatArray) -> FloatArray:
 
 def bending_matrices(h: FloatArray) -> FloatArray:
     """Return the matrices (n, 4, 4) of the integral of z''² over elements: those of the Euler-Bernoulli beam."""
-    return _element_matrices(12 / h**3, 6 / h**2, 4 / h, 2 / h)
+    return _element_matrices(12 / (h * h * h), 6 / (h * h), 4 / h, 2 / h)
 
 
 def tension_matrices(h: FloatArray) -> FloatArray:

@@ -13,7 +13,11 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import smooth_step
+from osm2xodr.curves import (
+    exp,
+    log,
+    smooth_step,
+)
 from osm2xodr.defaults import COARSE_CELL
 from osm2xodr.geometry.heights.ground_windows import (
     CORE,
@@ -88,7 +92,7 @@ def is_coarse(cell: FloatArray) -> BoolArray:
 
 def cell_class(cell: FloatArray) -> IntArray:
     """Return equal numbers for cell sizes that are about the same."""
-    out: IntArray = np.round(np.log(np.maximum(cell, _SMALLEST_CELL)) / _SAME_CELL).astype(np.int64)
+    out: IntArray = np.round(log(np.maximum(cell, _SMALLEST_CELL)) / _SAME_CELL).astype(np.int64)
     return out
 
 
@@ -269,7 +273,7 @@ def _read_group(
     out.z[here], out.slope_x[here], out.slope_y[here] = z, dx / layer.cell, dy / layer.cell
     out.log_relief[here] = relief.ravel()[nearest]
     # Of a thin-plate smoother: the root of N / (8 sqrt(N / A)).
-    out.sigma[here] = np.exp(0.25 * (noise.ravel()[nearest] + out.log_relief[here])) / np.sqrt(8.0)
+    out.sigma[here] = exp(0.25 * (noise.ravel()[nearest] + out.log_relief[here])) / np.sqrt(8.0)
     out.sigma[here[np.isnan(z)]] = np.nan
 
 

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
+from osm2xodr.curves import dot
 from osm2xodr.geometry.heights.limits import Limits
 from osm2xodr.geometry.heights.observations import Observations
 from osm2xodr.geometry.heights.sparse import System, chosen_rows
@@ -110,7 +111,7 @@ def _turn_contradicted(objective: _Objective, x: FloatArray) -> FloatArray:
 def _energy(objective: _Objective, x: FloatArray) -> float:
     """Return the objective at x."""
     quadratic = 0.5 * objective.system.product(objective.matrix, x) - objective.right
-    return float(quadratic @ x) + objective.limits.energy(objective.limits.rows @ x)
+    return dot(quadratic, x) + objective.limits.energy(objective.limits.rows @ x)
 
 
 def _settle(objective: _Objective, x: FloatArray, smallest_fall: float) -> FloatArray:
@@ -192,14 +193,14 @@ def _line_search(
     """
     limits = objective.limits
     along = objective.system.product(objective.matrix, direction)
-    start, growth = float(along @ x - objective.right @ direction), float(along @ direction)
+    start, growth = dot(along, x) - dot(objective.right, direction), dot(along, direction)
     rate = limits.rows @ direction
     # Excess is convex along the line: what keeps its bound at both ends keeps it between them.
     k = np.flatnonzero((limits.excess(value) != 0.0) | (limits.excess(value + rate) != 0.0))
     value, rate = value[k], rate[k]
 
     def slope(share: float) -> float:
-        return start + share * growth + float(limits.force(value + share * rate, k) @ rate)
+        return start + share * growth + dot(limits.force(value + share * rate, k), rate)
 
     fall = -0.5 * slope(0.0)
     if slope(1.0) <= 0.0:

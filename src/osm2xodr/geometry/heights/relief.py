@@ -6,7 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.curves import (
+    exp,
+    lengths,
+    log,
+    pose,
+    wrapped,
+)
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network
 from osm2xodr.geometry.heights.readings import Reading
@@ -78,13 +84,13 @@ def _relief_factor(network: Network, reading: Reading) -> FloatArray:
     """Return the factor on the flexibility of elements that the relief around calls for, 1 at least, (E,)."""
     at, elements = network.samples.element, len(network.elements.h)
     # Along a line through relief of spectrum A / k⁴ curvature has the density A k / 4.
-    log_density = reading.log_relief + np.log(defaults.RELIEF_WAVE / 4.0)
+    log_density = reading.log_relief + log(defaults.RELIEF_WAVE / 4.0)
     log_density = np.where(np.isfinite(log_density), log_density, _log_curvature(network, reading))
     known = np.isfinite(log_density)
     count = np.bincount(at[known], minlength=elements)
     mean = np.bincount(at[known], log_density[known], elements) / np.maximum(count, 1)
-    quotient = np.where(count > 0, mean - np.log(defaults.ROAD_FLEXIBILITY), 0.0)
-    return np.asarray(np.exp(defaults.RELIEF_SHARE * np.maximum(quotient, 0.0)))
+    quotient = np.where(count > 0, mean - log(defaults.ROAD_FLEXIBILITY), 0.0)
+    return np.asarray(exp(defaults.RELIEF_SHARE * np.maximum(quotient, 0.0)))
 
 
 def _log_curvature(network: Network, reading: Reading) -> FloatArray:
@@ -114,5 +120,5 @@ def _log_curvature(network: Network, reading: Reading) -> FloatArray:
             float(np.median(square[here])) / _MEDIAN_SQUARE - 6.0 * float(np.median(reading.sigma[at][here])) ** 2
         )
         if variance > 0.0:
-            out[key == one] = np.log(variance / (2.0 / 3.0 * _LAG**3))
+            out[key == one] = log(variance / (2.0 / 3.0 * (_LAG * _LAG * _LAG)))
     return out

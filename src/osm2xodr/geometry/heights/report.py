@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
 import numpy as np
 
-from osm2xodr.curves import hypot
+from osm2xodr.curves import (
+    dot,
+    hypot,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
@@ -301,8 +305,8 @@ def tabulate(network: Network, outcome: Outcome) -> ElevationReport:
     off = (outcome.z - reading.surface_z)[held]
     weight = ds[held] / max(float(ds[held].sum()), _SHORTEST)
     return ElevationReport(
-        bias=float(weight @ off),
-        rms=float(np.sqrt(weight @ off**2)),
+        bias=dot(weight, off),
+        rms=math.sqrt(dot(weight, off * off)),
         p95=float(np.percentile(np.abs(off), 95)) if len(off) else 0.0,
         farthest=_farthest(network, held, off),
         steep=_steep(network, outcome),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
-from scipy.sparse.linalg import SuperLU, splu
 
+from osm2xodr.curves import Factors, elimination_order
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Added to the diagonal: unknowns that nothing determines stay at the mean height instead of failing the solve.
@@ -37,7 +37,7 @@ class System:
         for some in rows:
             ones = _ones(some)
             pattern = pattern + sp.csr_matrix(ones.T) @ ones
-        order = _elimination_order(pattern)
+        order = elimination_order(pattern)
         # The place of each unknown in the system's order, (N,).
         self.place: IntArray = np.empty(size, np.int64)
         self.place[order] = np.arange(size)
@@ -45,6 +45,7 @@ class System:
         pattern = self._reordered(pattern)
         self._keys = _keys(pattern)
         self._indices, self._start = pattern.indices, pattern.indptr
+        self._factors = Factors(pattern.indptr, pattern.indices)
         self._diagonal = np.searchsorted(self._keys, (size + 1) * np.arange(size, dtype=np.int64))
         self._last: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
@@ -97,11 +98,7 @@ class System:
 
     def solve(self, matrix: FloatArray, right: FloatArray) -> FloatArray:
         """Return the unknowns, in the system's order, that solve a positive definite system."""
-        # Symmetric: columns are rows.
-        columns = sp.csc_matrix((matrix, self._indices, self._start), (self._size, self._size))
-        columns.has_canonical_format = True
-        x: FloatArray = _factor(columns, "NATURAL").solve(right)
-        return x
+        return self._factors.solve(matrix, right)
 
     def _reordered(self, matrix: sp.csr_matrix) -> sp.csr_matrix:
         """Return a square matrix with its unknowns in the system's order, rows sorted."""
@@ -145,19 +142,3 @@ def _keys(matrix: sp.csr_matrix) -> IntArray:
 def _ones(matrix: sp.csr_matrix) -> sp.csr_matrix:
     """Return the matrix with ones for all entries."""
     return sp.csr_matrix((np.ones(matrix.nnz, np.int32), matrix.indices, matrix.indptr), matrix.shape)
-
-
-def _elimination_order(pattern: sp.csr_matrix) -> IntArray:
-    """Return the order of the unknowns in which eliminating them fills little (minimum degree)."""
-    # Any values will do whose diagonal outweighs the rest.
-    ones = sp.csc_matrix((np.ones(pattern.nnz), pattern.indices, pattern.indptr), pattern.shape)
-    dominant = ones + sp.diags(np.diff(pattern.indptr).astype(np.float64))
-    order: IntArray = np.argsort(_factor(sp.csc_matrix(dominant), "MMD_AT_PLUS_A").perm_c)
-    return order
-
-
-def _factor(matrix: sp.csc_matrix, order: Literal["NATURAL", "MMD_AT_PLUS_A"]) -> SuperLU:
-    """Factorise a positive definite matrix, without pivoting."""
-    # Rows have a handful of entries: panels of columns, made for denser systems, would only cost time.
-    options = {"SymmetricMode": True, "Equil": False}
-    return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, relax=4, panel_size=1, options=options)

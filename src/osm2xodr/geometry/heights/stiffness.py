@@ -52,12 +52,12 @@ class Beams:
 
 def rotation_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:
     """Return the moment that turns the hinged end of a beam on an elastic foundation by 1: √2 (w / q³)^(1/4)."""
-    return np.asarray(np.sqrt(2.0) * (density / np.asarray(q) ** 3) ** 0.25)
+    return np.asarray(np.sqrt(2.0) * np.sqrt(np.sqrt(density / (np.asarray(q) * q * q))))
 
 
 def deflection_stiffness(density: FloatArray, q: FloatArray) -> FloatArray:
     """Return the force that lifts a long beam on an elastic foundation by 1 m: 2 √2 (w³ / q)^(1/4)."""
-    return np.asarray(2.0 * np.sqrt(2.0) * (density**3 / np.asarray(q)) ** 0.25)
+    return np.asarray(2.0 * np.sqrt(2.0) * np.sqrt(np.sqrt(density * density * density / np.asarray(q))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,8 +217,8 @@ def _spokes(network: Network, flexibility: FloatArray) -> sp.csr_matrix:
     # Fast roads come together on one plane, as their carriageways do.
     fast = fast_spans(network.problem)[end_spans(network.problem).ravel()[end]]
     stiff = np.where(fast, _FAST_STIFFER, 1.0) * stiff
-    mixed = height.T @ sp.diags(-6.0 * stiff / d**2) @ grade
-    own = height.T @ sp.diags(12.0 * stiff / d**3) @ height + grade.T @ sp.diags(4.0 * stiff / d) @ grade
+    mixed = height.T @ sp.diags(-6.0 * stiff / (d * d)) @ grade
+    own = height.T @ sp.diags(12.0 * stiff / (d * d * d)) @ height + grade.T @ sp.diags(4.0 * stiff / d) @ grade
     return sp.csr_matrix(own + mixed + mixed.T)
 
 

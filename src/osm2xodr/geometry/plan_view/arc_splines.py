@@ -21,6 +21,7 @@ from osm2xodr.curves import (
     hypot,
     running_lengths,
     sine,
+    solve_dense,
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS
@@ -152,13 +153,14 @@ def _solved(spline: _Spline, points: FloatArray, closed: bool, stiffness: float,
         gap, closing = _gap(spline, around) if closed else (np.zeros(0), np.zeros((0, len(free) + 4)))
         size = len(columns)
         system = np.zeros((size + len(gap), size + len(gap)))
-        system[:size, :size] = (jacobian.T @ jacobian + smooth.T @ smooth)[np.ix_(columns, columns)]
+        normal = np.einsum("ki,kj->ij", jacobian, jacobian) + np.einsum("ki,kj->ij", smooth, smooth)
+        system[:size, :size] = normal[np.ix_(columns, columns)]
         system[size:, :size] = closing[:, columns]
         system[:size, size:] = closing[:, columns].T
-        rough = smooth @ np.concatenate([np.zeros(3), spline.turn, [0.0]])
-        slope = (jacobian.T @ error + smooth.T @ rough)[columns]
+        rough = np.einsum("ki,i->k", smooth, np.concatenate([np.zeros(3), spline.turn, [0.0]]))
+        slope = (np.einsum("ki,k->i", jacobian, error) + np.einsum("ki,k->i", smooth, rough))[columns]
         change = np.zeros(len(free) + 4)
-        change[columns] = np.linalg.solve(system, -np.concatenate([slope, gap]))[:size]
+        change[columns] = solve_dense(system, -np.concatenate([slope, gap])[:, None])[:size, 0]
         # Far from here the derivatives are not valid.
         change *= min(1.0, _TURN_STEP_MAX / float(np.abs(change[2:-1]).max()))
         spline = _changed(spline, change)
@@ -175,7 +177,8 @@ def _closed_up(spline: _Spline, around: float, columns: IntArray) -> _Spline:
     for _ in range(_ITERATIONS):
         gap, closing = _gap(spline, around)
         change = np.zeros(closing.shape[1])
-        change[columns] = -np.linalg.lstsq(closing[:, columns], gap, rcond=None)[0]
+        by = closing[:, columns]
+        change[columns] = -np.einsum("ki,k->i", by, solve_dense(np.einsum("ik,jk->ij", by, by), gap[:, None])[:, 0])
         spline = _changed(spline, change)
         if np.abs(gap).max() < _CLOSED_GAP:
             break

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    dot,
     hypot,
     ranks,
     sorted_unique,
@@ -103,7 +104,7 @@ def report_head_on(
         for one, other in combinations(node.arms, 2):
             (a, along), (b, onwards) = (_arm(streets[number], at_start) for number, at_start in (one, other))
             same = a.road == b.road or a.highway == b.highway
-            if same and float(along @ onwards) < -_GOES_ON:
+            if same and dot(along, onwards) < -_GOES_ON:
                 ways = f"the one-ways way/{a.osm_way_id} and way/{b.osm_way_id}"
                 what = "meet head-on here and no way leads on" if flows[0] > 0 else "part here and no way leads here"
                 diagnostics.note("oneway-head-on", f"node/{node.osm_node_id}", f"{ways} {what}")

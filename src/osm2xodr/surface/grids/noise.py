@@ -6,7 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import hypot
+from osm2xodr.curves import (
+    exp,
+    hypot,
+    log,
+)
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
@@ -34,7 +38,7 @@ _WHOLE: Final = 1e-4
 def usual_sigma(cell_size: float) -> float:
     """Return the usual standard error of elevation models with a cell size (m), m."""
     sizes, sigmas = np.array(_USUAL_SIGMA).T
-    return float(np.exp(np.interp(np.log(max(cell_size, 1e-3)), np.log(sizes), np.log(sigmas))))
+    return float(exp(np.interp(log(max(cell_size, 1e-3)), log(sizes), log(sigmas))))
 
 
 def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> float:

@@ -103,7 +103,7 @@ def _skewness(z: Cells, steps: tuple[float, float]) -> float:
     spread = float(np.sqrt(np.mean(residual**2))) if len(residual) >= _SAMPLES_MIN else 0.0
     if spread < _SCATTER_MIN:
         return 0.0
-    return float(np.mean(residual**3)) / spread**3
+    return float(np.mean(residual * residual * residual)) / (spread * spread * spread)
 
 
 def _stars(z: Cells, reaches: tuple[int, ...]) -> FloatArray:

@@ -12,10 +12,13 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import solve_dense
 from osm2xodr.model import FloatArray, IntArray
 
 # Points that are processed at a time, to bound memory.
 _CHUNK: Final = 2**16
+# Terms whose share of the largest is below this are not determined by the points.
+_DETERMINED: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,13 +40,14 @@ class PolynomialTrend:
         for first in range(0, len(x), _CHUNK):
             part = slice(first, first + _CHUNK)
             basis = _basis(*_scaled(x[part], y[part], self.centre, self.half_range), i, j)
-            out[part] = basis @ self.coefficients[i, j]
+            out[part] = (basis * self.coefficients[i, j]).sum(axis=1)
         return out
 
     def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return z (len(y), len(x)), m, at all pairs of x and y, m, by two matrix products."""
+        """Return z (len(y), len(x)), m, at all pairs of x and y, m."""
         u, v = _scaled(np.asarray(x, np.float64), np.asarray(y, np.float64), self.centre, self.half_range)
-        return (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
+        across, along = _chebyshev(u, self.order), _chebyshev(v, self.order)
+        return np.asarray(np.einsum("ni,im->nm", np.einsum("nj,ij->ni", along, self.coefficients), across.T.copy()))
 
 
 def term_count(order: int) -> int:
@@ -80,15 +84,40 @@ def fit_polynomial(
         part = slice(first, first + _CHUNK)
         basis = _basis(*_scaled(x[part], y[part], centre, half_range), i, j)
         rows = np.column_stack([basis, z[part] - mean]) * root[part, None]
-        factor = np.linalg.qr(np.vstack([factor, rows]))[1]
+        factor = _triangle(np.vstack([factor, rows]))
     coefficients = np.zeros((order + 1, order + 1))
-    coefficients[i, j] = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
+    coefficients[i, j] = _solved(factor[:, :-1], factor[:, -1])
     coefficients[0, 0] += mean
     coefficients.flags.writeable = False
     trend = PolynomialTrend(order, coefficients, centre, half_range, 0.0)
     residual = trend.heights(x, y) - z
     rms = np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny))
     return replace(trend, rms=float(rms))
+
+
+def _triangle(rows: FloatArray) -> FloatArray:
+    """Return the triangular factor of the QR factorisation of a matrix, by Householder's reflections.
+
+    Those of libraries have other last digits on other machines.
+    """
+    work = np.asfortranarray(rows)
+    for k in range(min(work.shape)):
+        across = work[k:, k].copy()
+        size = np.sqrt((across * across).sum())
+        if size > 0.0:
+            across[0] += size if across[0] >= 0.0 else -size
+            share = (across[:, None] * work[k:, k:]).sum(axis=0) * (2.0 / (across * across).sum())
+            work[k:, k:] -= across[:, None] * share
+    return np.triu(work[: work.shape[1]])
+
+
+def _solved(factor: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the solution, (terms,), of a triangular system, of minimum norm where it leaves some of it open."""
+    terms = factor.shape[1]
+    size = np.abs(np.diagonal(factor))
+    if len(size) == terms and size.min() > _DETERMINED * size.max():
+        return solve_dense(factor[:terms], right[:terms, None])[:, 0]
+    return np.asarray(np.linalg.lstsq(factor, right, rcond=_DETERMINED)[0])
 
 
 def _scaled(

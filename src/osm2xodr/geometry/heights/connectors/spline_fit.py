@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import solve_dense
 from osm2xodr.geometry.heights.elements import hermite, hermite_slope
 from osm2xodr.geometry.heights.records import Knots, thin_records
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
@@ -42,7 +43,8 @@ def _basis(intervals: int, inner: tuple[float, ...], ratio: float) -> tuple[Floa
     """
     values, slopes = _interpolations(intervals, inner)
     weighted = np.vstack([values[:, 4:], ratio * slopes[:, 4:]])
-    return values, slopes, np.linalg.pinv(weighted) * np.repeat([1.0, ratio], intervals + 1)
+    inverse = solve_dense(np.einsum("ki,kj->ij", weighted, weighted), weighted.T)
+    return values, slopes, inverse * np.repeat([1.0, ratio], intervals + 1)
 
 
 @lru_cache(maxsize=4096)

@@ -16,7 +16,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, cosine, hypot, owners, runs, sine, slope_of
+from osm2xodr.curves import (
+    Table,
+    cosine,
+    hypot,
+    owners,
+    runs,
+    sine,
+    slope_of,
+    solve_dense,
+)
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
@@ -176,7 +185,7 @@ def _solve_kernels(
     there = dx * cos[:, None, :] + dy * sin[:, None, :]
     turn = cos[:, :, None] * cos[:, None, :] + sin[:, :, None] * sin[:, None, :]
     matrix = np.zeros((junctions, 2 * n + 3, 2 * n + 3))
-    matrix[:, :n, :n] = r**3 + _HEIGHT_SLACK * np.eye(n)
+    matrix[:, :n, :n] = r * r * r + _HEIGHT_SLACK * np.eye(n)
     matrix[:, :n, n : 2 * n] = -3.0 * r * there
     matrix[:, n : 2 * n, :n] = 3.0 * r * here
     matrix[:, n : 2 * n, n : 2 * n] = -3.0 * (r * turn + here * there / np.where(r > 0, r, 1.0))
@@ -187,7 +196,7 @@ def _solve_kernels(
     matrix[:, 2 * n :, : 2 * n] = matrix[:, : 2 * n, 2 * n :].swapaxes(1, 2)
     right = np.zeros((junctions, 2 * n + 3, 1))
     right[:, :n, 0], right[:, n : 2 * n, 0] = height, grade * _UNIT
-    return np.asarray(np.linalg.solve(matrix, right)[:, :, 0])
+    return np.asarray(solve_dense(matrix, right)[:, :, 0])
 
 
 def surface_heights(

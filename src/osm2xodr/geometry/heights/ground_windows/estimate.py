@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from osm2xodr.curves import exp, log, solve_dense
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.ground_windows.basis import SIZE, Basis, Single
 from osm2xodr.geometry.heights.ground_windows.filtering import PlaceFilter
@@ -92,7 +93,7 @@ def _trends(z: FloatArray, known: BoolArray) -> FloatArray:
     few = count <= _SECOND_ORDER * z.shape[1]
     gram[few, 3:, :] = gram[few, :, 3:] = right[few, 3:] = 0.0
     gram += (_RIDGE * count)[:, None, None] * np.eye(6)
-    factors: FloatArray = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
+    factors: FloatArray = solve_dense(gram, right[:, :, None])[:, :, 0]
     factors[:, 0] += mean
     return factors
 
@@ -202,7 +203,7 @@ class Estimator:
             spline[:, inner, inner].astype(np.float32),
             _supported(known)[:, inner, inner],
             log_relief[:, inner, inner],
-            np.log(spectrum.noise / (self._smoothing * share**2)).astype(np.float32),
+            log(spectrum.noise / (self._smoothing * share**2)).astype(np.float32),
         )
 
     def _smooth_surface(self, target: Single, known: BoolArray) -> Single:
@@ -210,10 +211,10 @@ class Estimator:
         stack = _Stack(self._basis, target, known)
         # As if errors were white over the length that they are correlated over.
         noise_length = 2.0 * defaults.NOISE_LENGTH_CELLS * self._basis.cell
-        prior_log_n = 2.0 * float(np.log(self._sigma * noise_length))
+        prior_log_n = 2.0 * float(log(self._sigma * noise_length))
         log_a, log_n = self._basis.fit(target, prior_log_n)
         for step in range(_PASSES + 1):
-            ratio = self._smoothing * defaults.ROAD_SMOOTHNESS * np.exp(log_n - log_a)
+            ratio = self._smoothing * defaults.ROAD_SMOOTHNESS * exp(log_n - log_a)
             stack.solve(ratio, _CG_STEPS if step else _FIRST_STEPS)
             if step == _PASSES:
                 break

@@ -7,14 +7,13 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import exp, log
 from osm2xodr.geometry.heights.ground_windows.basis import SIZE, Basis, Single
 from osm2xodr.geometry.heights.ground_windows.spectra import Spectrum
 from osm2xodr.model import BoolArray, FloatArray
 
 # Edges of the bands, as shares of the highest wave number that cells show: octaves.
 _EDGES: Final = (0.0442, 0.0884, 0.1768, 0.3536, 0.7071)
-# Steepness of their edges: order of the low pass.
-_ORDER: Final = 8
 # Standard deviation of the averages of a band's power: so many cells at least, and so many times 1 / k of the band.
 _AROUND_CELLS: Final = 6.0
 _AROUND: Final = 3.0
@@ -26,6 +25,10 @@ _LEVELS: Final = (-3.5, 7.01, 0.5)
 _LEVEL_SPREAD: Final = 1.2
 # Share of the coefficients under an average that count as independent: bands overlap.
 _INDEPENDENT: Final = 0.5
+# The logarithm of 2 in two parts, the first of which has 9 binary digits, and that of the least probability.
+_LN_2_HIGH: Final = np.float32(0.693359375)
+_LN_2_LOW: Final = np.float32(-2.12194440e-4)
+_LEAST_EXPONENT: Final = np.float32(-87.0)
 
 
 class PlaceFilter:
@@ -35,16 +38,17 @@ class PlaceFilter:
         self._basis = basis
         k, highest = basis.k, np.pi / basis.cell
         edges = [share * highest for share in _EDGES]
-        passes = [1.0 / (1.0 + (k / edge) ** _ORDER) for edge in edges]
+        passes = [1.0 / (1.0 + np.square(np.square(np.square(k / edge)))) for edge in edges]
         self._longest = passes[0].astype(np.float32)
         edges_of = itertools.pairwise([*passes, np.ones_like(k)])
         self._bands = [(high - low).astype(np.float32) for low, high in edges_of]
         middles = [np.sqrt(2.0) * edge for edge in edges]
         around = [max(_AROUND / middle, _AROUND_CELLS * basis.cell) for middle in middles]
         long = k[:_LONG, :_LONG]
-        self._blurs = [np.exp(-0.5 * (long * length) ** 2).astype(np.float32) for length in around]
+        self._blurs = [exp(-0.5 * np.square(long * length)).astype(np.float32) for length in around]
         self._waves = np.maximum(k, k[0, 1])
-        width = [float((band**2).sum() ** 2 / (band**4).sum()) / SIZE**2 for band in self._bands]
+        powers = [np.square(band) for band in self._bands]
+        width = [float(np.square(power.sum()) / np.square(power).sum()) / SIZE**2 for power in powers]
         cells = [4.0 * np.pi * (length / basis.cell) ** 2 for length in around]
         self._count = [_INDEPENDENT * share * number for share, number in zip(width, cells, strict=True)]
         self._levels = np.arange(*_LEVELS)
@@ -73,9 +77,9 @@ class PlaceFilter:
                 below = np.maximum(power[sided] - above, np.float32(0.0))
                 power[sided] = np.maximum(above + np.minimum(below, 2.0 * below - above), np.float32(0.0))
             noise = (np.square(band) * noise_at).mean(axis=(1, 2))
-            relief = np.exp(levels)[:, None] * (np.square(band) * ground_at).mean(axis=(1, 2))
+            relief = exp(levels)[:, None] * (np.square(band) * ground_at).mean(axis=(1, 2))
             total = relief + noise
-            weight, offset = count / total, count * np.log(total)
+            weight, offset = count / total, count * log(total)
             for level in range(len(levels)):
                 cost[level] += weight[level].astype(np.float32)[:, None, None] * power
                 cost[level] += offset[level].astype(np.float32)[:, None, None]
@@ -85,7 +89,7 @@ class PlaceFilter:
         out = self._longest * cosines
         for part, gain in zip(parts, gains, strict=True):
             out += basis.to_cosines(part * np.einsum("lwij,lw->wij", share, gain))
-        log_relief = np.log(spectrum.relief).astype(np.float32)[:, None, None]
+        log_relief = log(spectrum.relief).astype(np.float32)[:, None, None]
         return out, log_relief + np.einsum("lwij,l->wij", share, levels.astype(np.float32))
 
 
@@ -94,6 +98,25 @@ def _shares(cost: Single, levels: FloatArray, one_sided: BoolArray) -> Single:
     cost[np.ix_(levels > 0.0, one_sided)] = np.inf
     cost -= cost.min(axis=0)
     cost *= np.float32(-0.5)
-    np.exp(cost, out=cost)
+    _exponentials(cost)
     cost /= cost.sum(axis=0)
     return cost
+
+
+def _exponentials(x: Single) -> None:
+    """Turn numbers that are not positive into e to their power, in place: the same on every machine, to 3e-6.
+
+    With the polynomial of Taylor's series to the fifth order over ln 2 / 2 either side of 0: it leaves out 2e-6.
+    """
+    np.maximum(x, _LEAST_EXPONENT, out=x)
+    halvings = np.rint(x * np.float32(1.4426950408889634))
+    x -= halvings * _LN_2_HIGH
+    x -= halvings * _LN_2_LOW
+    series = x * np.float32(1.0 / 120.0)
+    for coefficient in (1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0):
+        series += np.float32(coefficient)
+        series *= x
+    series += np.float32(1.0)
+    # The exponent of a single stands above its 23 digits, 127 more than it is.
+    scale = (halvings.astype(np.int32) + 127 << 23).view(np.float32)
+    np.multiply(series, scale, out=x)

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import exp, log, power
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.ground_windows.basis import Rings, Single, wave_numbers
 from osm2xodr.model import FloatArray
@@ -55,14 +56,14 @@ class Spectrum:
     def of_ground(self, k: FloatArray) -> FloatArray:
         """Return the ground's spectrum at wave numbers (n, n), rad/m, but 0: (W, n, n), m⁴."""
         relief, fall = self.relief[:, None, None], self.fall[:, None, None]
-        out: FloatArray = relief / defaults.RELIEF_WAVE**4 * (k / defaults.RELIEF_WAVE) ** -fall
+        out: FloatArray = relief / defaults.RELIEF_WAVE**4 * power(k / defaults.RELIEF_WAVE, -fall)
         return out
 
     def of_noise(self, k: FloatArray) -> FloatArray:
         """Return the noise's spectrum at wave numbers of any shape, rad/m: (W, ...), m⁴."""
         shape = (-1,) + (1,) * k.ndim
         noise, length, white = (item.reshape(shape) for item in (self.noise, self.length, self.white))
-        out: FloatArray = noise * ((1.0 - white) * np.exp(-((length * k) ** 2)) + white)
+        out: FloatArray = noise * ((1.0 - white) * exp(-np.square(length * k)) + white)
         return out
 
 
@@ -71,37 +72,37 @@ class Spectra:
 
     def __init__(self) -> None:
         self._rings = rings = Rings(wave_numbers(), np.pi, _BANDS)
-        count = np.minimum(rings.count, _MOST_COUNTED).astype(np.float32)
+        count = np.minimum(rings.count, _MOST_COUNTED)
         a, n = np.arange(*_LOG_A), np.arange(*_LOG_N)
         choices = itertools.product(_FALLS, _LENGTHS, _WHITE_SHARES)
         # White noise has no length.
         each_once = [choice for choice in choices if choice[2] < 1.0 or choice[1] == _LENGTHS[0]]
         fall, length, white = np.array(each_once).T
-        shape = (1.0 - white)[:, None] * np.exp(-((length[:, None] * rings.wave) ** 2)) + white[:, None]
-        relief = np.exp(a)[:, None, None] * rings.wave ** -fall[:, None]
-        spectrum = relief.astype(np.float32)[:, None] + (np.exp(n)[:, None, None] * shape).astype(np.float32)
-        self._weighted_log = (count * np.log(spectrum)).sum(axis=-1).ravel()
+        shape = (1.0 - white)[:, None] * exp(-np.square(length[:, None] * rings.wave)) + white[:, None]
+        relief = exp(a)[:, None, None] * power(rings.wave, -fall[:, None])
+        spectrum = relief[:, None] + exp(n)[:, None, None] * shape
+        self._weighted_log = (count * log(spectrum)).sum(axis=-1).ravel()
         self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T)
         each = (a[:, None, None], n[:, None], fall, length, white)
         self._choices = [item.ravel() for item in np.broadcast_arrays(*each)]
         # The integrals of both parts of the spectrum: correlated errors, and those of single cells.
         variance = (1.0 - white) / (4.0 * np.pi * length**2) + white
-        self._log_white = np.log(self._choices[-1])
-        self._log_variance = np.broadcast_to(n[:, None] + np.log(variance), spectrum.shape[:-1]).ravel()
+        self._log_white = log(self._choices[-1])
+        self._log_variance = np.broadcast_to(n[:, None] + log(variance), spectrum.shape[:-1]).ravel()
 
     def fit(self, cosines: Single, cell: float, sigma: float) -> Spectrum:
         """Return the spectra of windows' coefficients (W, SIZE, SIZE), m, by Whittle's likelihood.
 
         The prior of the noise's variance is about the square of `sigma`, m.
         """
-        prior = ((self._log_variance - 2.0 * np.log(sigma)) / _VARIANCE_SPREAD) ** 2 - _WHITENESS * self._log_white
-        cost = self._rings.mean_power(cosines).astype(np.float32) @ self._inverse
-        best = np.argmin(cost + (self._weighted_log + prior).astype(np.float32), axis=1)
+        prior = ((self._log_variance - 2.0 * log(sigma)) / _VARIANCE_SPREAD) ** 2 - _WHITENESS * self._log_white
+        cost = self._rings.mean_power(cosines) @ self._inverse
+        best = np.argmin(cost + (self._weighted_log + prior), axis=1)
         a, n, fall, length, white = (choice[best] for choice in self._choices)
         # The same at the wave kᵣ, whatever the fall.
         k = defaults.RELIEF_WAVE * cell
-        relief = np.exp(a) / cell**2 * k ** (4.0 - fall)
-        return Spectrum(relief, fall, np.exp(n) * cell**2, length * cell, white)
+        relief = exp(a) / cell**2 * power(k, 4.0 - fall)
+        return Spectrum(relief, fall, exp(n) * cell**2, length * cell, white)
 
 
 @cache

@@ -15,7 +15,6 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
 from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
 from osm2xodr.curves import arctan2, cosine, lengths, sine
@@ -24,6 +23,7 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
 from osm2xodr.geometry.heights.problem import ProfileProblem, fast_spans, one_way_fast_ends, span_roads
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
+from osm2xodr.geometry.heights.sparse import System
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Rule, Structure, Surface
 
 _GRAVITY: Final = 9.81
@@ -269,15 +269,18 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
     if not to_knots.shape[1]:
         return np.zeros((len(elements.knot_s), 2))
     length = defaults.CROSSFALL_LENGTH
-    matrices = length**4 * bending_matrices(elements.h) + _TENSION_SHARE * length**2 * tension_matrices(elements.h)
+    area = length * length
+    matrices = area * area * bending_matrices(elements.h) + _TENSION_SHARE * area * tension_matrices(elements.h)
     stiffness = to_knots.T @ assemble(elements, matrices) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
     rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
+    system = System([stiffness], [rows])
+    system.put_in_order(rows)
+    transposed, plain = rows.T.tocsr(), system.placed(stiffness)
     x, factor = np.zeros(to_knots.shape[1]), np.ones(len(use))
     for _ in range(_ROUNDS):
         weight = samples.ds[use] * factor
-        normal = stiffness + rows.T @ sp.diags(weight) @ rows
-        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * slope))
+        x = system.solve(plain + system.normal(rows, transposed, weight), transposed @ (weight * slope))
         factor = 1.0 / (1.0 + ((slope - rows @ x) / defaults.CROSSFALL_SIGMA) ** 2) ** 2
-    knots: FloatArray = (to_knots @ x).reshape(-1, 2)
+    knots: FloatArray = (to_knots @ x[system.place]).reshape(-1, 2)
     return knots
