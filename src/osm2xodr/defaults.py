@@ -63,15 +63,6 @@ SIGN_REACH: Final = 50.0
 # this away as those of the junction's arms; a choice.
 SIGNALLED_CROSSING_REACH: Final = 30.0
 
-# ---------------------------------------------------------------- where traffic stops
-
-# Distance of stop lines from a junction's edge, m: RMS (Richtlinien für die Markierung von Straßen) part 2 wants at
-# least 1 m before crossings; MUTCD 3B.16 at least 4 ft.
-STOP_LINE_SETBACK: Final = 1.0
-# How far from a junction's edge a node with a signal, stop or give-way sign still shows where traffic stops, m; a
-# choice.
-STOP_NODE_REACH: Final = 20.0
-
 # ---------------------------------------------------------------- surface
 
 # How heights between the cells of an elevation model are found, and the total degree of the polynomial trend.

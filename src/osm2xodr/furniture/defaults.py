@@ -5,8 +5,13 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# Distance of stop lines before crossings, m: as `STOP_LINE_SETBACK`.
+# Distance of stop lines from a junction's edge and before crossings, m: RMS (Richtlinien für die Markierung von
+# Straßen) part 2 wants at least 1 m before crossings; MUTCD 3B.16 at least 4 ft.
+STOP_LINE_SETBACK: Final = 1.0
 STOP_LINE_BEFORE_CROSSING: Final = 1.0
+# How far from a junction's edge a node with a signal, stop or give-way sign still shows where traffic stops, m; a
+# choice.
+STOP_NODE_REACH: Final = 20.0
 
 # Room that a car needs between a crossing and the line at which it stops, m: a design car of 4.74 m (RASt 06), and a
 # gap behind and before it.

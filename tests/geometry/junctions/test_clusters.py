@@ -183,38 +183,6 @@ def test_setbacks_leave_a_ramp_before_a_bridge(ramp: float, trim: float, most: f
     assert float(stages.layout.most[south]) == pytest.approx(most, abs=0.05)
 
 
-# A kerb wants 9.8 m of an arm, of which its footprint needs 3.8 m; a node counts up to 20 m farther.
-@pytest.mark.parametrize(
-    ("node", "tags", "trim"),
-    [
-        (15.0, "highway=traffic_signals", 14.0),
-        (15.0, "highway=stop", 14.0),
-        (23.0, "highway=traffic_signals", 22.0),
-        (8.0, "highway=traffic_signals", 9.8),
-        (24.5, "highway=traffic_signals", 9.8),
-        (15.0, "highway=give_way", 9.8),
-        (15.0, "highway=traffic_signals direction=backward", 9.8),
-        (15.0, "highway=traffic_signals traffic_signals=blinker", 9.8),
-    ],
-)
-def test_junctions_begin_where_traffic_stops_before_them(node: float, tags: str, trim: float) -> None:
-    nodes = {"w": (-90.0, 0.0), "p": (-node, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "s": (0.0, -90.0)}
-    stages = Case(nodes, {1: ("w p o", ""), 2: ("o e", ""), 3: ("s o", "")}, node_tags={"p": tags}).stages()
-    assert trims(stages)[(1, 1)] == pytest.approx(trim, abs=0.05)
-    assert trims(stages)[(2, 0)] == pytest.approx(9.8, abs=0.05)
-
-
-def test_a_car_has_room_between_junctions_that_reach_to_where_traffic_stops() -> None:
-    """Lights 23 m before the right one of two junctions 35 m apart: it reaches to where a road of 6 m is left."""
-    nodes = {"w": (-90.0, 0.0), "a": (0.0, 0.0), "p": (12.0, 0.0), "b": (35.0, 0.0), "e": (130.0, 0.0)}
-    nodes |= {"s": (0.0, -90.0), "n": (35.0, 90.0)}
-    ways = {1: ("w a", ""), 2: ("b e", ""), 3: ("s a", ""), 4: ("b n", ""), 5: ("a p b", "")}
-    lights = {"p": "highway=traffic_signals direction=forward"}
-    found = trims(Case(nodes, ways, node_tags=lights).stages())
-    assert found[(5, 0)] == pytest.approx(9.8, abs=0.05)
-    assert found[(5, 1)] == pytest.approx(35.0 - 9.8 - 6.02, abs=0.05)
-
-
 def test_bridges_shorter_than_a_road_can_be_lie_within_the_junction() -> None:
     layout = two_ts(7.9, "", "bridge=yes layer=1").stages().layout
     assert sorted(len(arms) for arms in layout.arms) == [4]

@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import project
-from osm2xodr.defaults import STOP_NODE_REACH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, Crossing, LaneAt, Stop, World, lane_ranges, pieces_on_road
@@ -157,7 +156,7 @@ def arrows(world: World, approaches: Sequence[Approach], stops: Sequence[Stop]) 
             unmatched.append(f"way/{attributes.osm_way_id}")
             continue
         known = lines.get((approach.road, approach.orientation), ())
-        near = [s for s in known if abs(s - approach.stop_s) <= STOP_NODE_REACH]
+        near = [s for s in known if abs(s - approach.stop_s) <= defaults.STOP_NODE_REACH]
         # The first line that traffic meets.
         line = (min if approach.at_end else max)([approach.stop_s, *near])
         for lane, words in sorted(turns.items()):

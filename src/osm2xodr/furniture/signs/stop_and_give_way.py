@@ -11,8 +11,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import meant_ends, priority_rank
-from osm2xodr.defaults import SIGN_REACH, STOP_LINE_SETBACK
+from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import cars_at_end
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
@@ -147,7 +148,7 @@ class YieldSigns:
         length = self._world.lanes.length(road)
         if approach is not None and (length - s if along else s) <= SIGN_REACH:
             return YieldSign(kind, road, approach.stop_s, along, osm_id, approach)
-        margin = min(0.5 * length, STOP_LINE_SETBACK)
+        margin = min(0.5 * length, defaults.STOP_LINE_SETBACK)
         at = min(max(s, margin), length - margin)
         stop = before_crossings(length - at if along else at, length, self._on_course.get(road, ()), at_end=along)
         return YieldSign(kind, road, length - stop if along else stop, along, osm_id)

@@ -10,7 +10,6 @@ import numpy as np
 
 from osm2xodr.conventions import meant_ends
 from osm2xodr.curves import heading_change
-from osm2xodr.defaults import STOP_LINE_SETBACK, STOP_NODE_REACH
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
 from osm2xodr.model import VEHICLE_LANES, LaneType
@@ -73,7 +72,7 @@ def _control_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
             continue
         length, street = world.lanes.length(road), world.network.streets[street_id]
         for end in meant_ends(street, street.place_of(node), control.facing) if 0.0 < s < length else ():
-            if (length - s if end else s) <= STOP_NODE_REACH:
+            if (length - s if end else s) <= defaults.STOP_NODE_REACH:
                 out[road, bool(end)].append(s)
     return out
 
@@ -82,7 +81,7 @@ def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], 
     """Return s where traffic stops: at the farthest sign, but before crossings and outside the junction, m."""
     length = world.lanes.length(road)
     away = [length - s if at_end else s for s in nodes]
-    farthest = min(max([STOP_LINE_SETBACK, *away]), 0.5 * length)
+    farthest = min(max([defaults.STOP_LINE_SETBACK, *away]), 0.5 * length)
     farthest = before_crossings(farthest, length, crossings, at_end=at_end)
     return length - farthest if at_end else farthest
 
@@ -112,7 +111,7 @@ def before_crossings(stop: float, length: float, crossings: Sequence[Crossing], 
     for near, far, together in sorted(found):
         if far + defaults.STOP_LINE_BEFORE_CROSSING <= stop or (near >= stop + room and not together):
             continue
-        if room <= near < room + STOP_LINE_SETBACK >= room + stop and not together:
+        if room <= near < room + defaults.STOP_LINE_SETBACK >= room + stop and not together:
             stop = near - room
             continue
         # On a short road the line lies at its beginning, but not on the crossing.

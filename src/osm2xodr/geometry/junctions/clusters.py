@@ -11,9 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import meant_ends, places_on_streets
 from osm2xodr.curves import repeated, running_lengths
-from osm2xodr.defaults import STOP_LINE_SETBACK, STOP_NODE_REACH
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH_MOTORWAY,
@@ -26,7 +24,7 @@ from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.junctions.short_streets import between_carriageways, restricted, streets_without_room
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, FloatArray, IntArray, Sign, StreetNetwork, applied, unused
+from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork, applied, unused
 
 # How far along its arms a junction may reach where a street turns on the spot, m: there they lie on each other. A
 # choice.
@@ -115,9 +113,7 @@ def lay_out_junctions(
         if not changed:
             break
     report_node_corrections(network, corrected, clusters.group, diagnostics)
-    same_layer = _same_layer(network, ends)
-    stops = np.minimum(_stop_lines(network, ends, bare), same_layer)
-    return _settle(ends, clusters, bare, wished, stops, same_layer, _furnished(network))
+    return _settle(ends, clusters, bare, wished, _same_layer(network, ends), _furnished(network))
 
 
 class _Clusters:
@@ -218,14 +214,12 @@ def _settle(
     clusters: _Clusters,
     bare: FloatArray,
     wished: FloatArray,
-    stops: FloatArray,
     same_layer: FloatArray,
     furnished: BoolArray,
 ) -> JunctionLayout:
     """Give junctions numbers, and share out the streets that are too short for what is wished.
 
-    Junctions reach to where traffic stops before them, `stops` (ends,), m, as far as corners and the room for a car
-    between junctions leave streets. What is given beyond that reaches no farther than `same_layer` (ends,), m.
+    What is given beyond that reaches no farther than `same_layer` (ends,), m.
     """
     arms = clusters.arms(ends)
     junction = np.full(len(ends.length), -1, np.int64)
@@ -247,9 +241,6 @@ def _settle(
     at_corners = np.where(_on_ring(ends), SHORTEST_STREET + SNAPPED, kept)
     trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), at_corners)
     squeezed |= between & (length - trim.sum(1) < SHORTEST_STREET_BETWEEN_JUNCTIONS)
-    more = np.maximum(np.where(junction >= 0, stops, 0.0).reshape(-1, 2) - trim, 0.0)
-    spare = np.maximum(length - trim.sum(1) - kept, 0.0)
-    trim += more * np.minimum(spare / np.maximum(more.sum(1), 1e-9), 1.0)[:, None]
     share = np.where(between, 0.5, 1.0)
     most = trim + (share * np.maximum(length - trim.sum(1) - kept, 0.0))[:, None]
     return JunctionLayout(
@@ -262,26 +253,6 @@ def _settle(
         squeezed=squeezed & ~clusters.inner,
         least=least,
     )
-
-
-def _stop_lines(network: StreetNetwork, ends: StreetEnds, bare: FloatArray) -> FloatArray:
-    """Return how far from each end its junction begins for traffic that stops at lights or signs, (ends,), m.
-
-    That is right behind the line, on the farthest node that is near to what the junction needs (`bare`) anyway; 0
-    where there is none.
-    """
-    out = np.zeros(len(bare))
-    controls = network.node_facts.controls
-    signs = (Sign.SIGNALS, Sign.STOP)
-    nodes = [node for node, control in controls.items() if control.tagged in signs and control.sign in signs]
-    for street, place in places_on_streets(network.streets, nodes):
-        chainage = running_lengths(street.points)
-        for at_end in meant_ends(street, place, controls[int(street.node_ids[place])].facing):
-            end = 2 * street.id + at_end
-            away = float(chainage[-1] - chainage[place] if at_end else chainage[place])
-            if away <= bare[end] + STOP_NODE_REACH:
-                out[end] = max(out[end], away - STOP_LINE_SETBACK)
-    return out
 
 
 def _furnished(network: StreetNetwork) -> BoolArray:
