@@ -72,16 +72,7 @@ from osm2xodr.curves.records import find_record, pose, project
 from osm2xodr.curves.spirals import advance, arc_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
 from osm2xodr.curves.transverse_mercator import from_mercator, to_mercator
-from osm2xodr.curves.trigonometry import (
-    arccosine,
-    arcsine,
-    arctan2,
-    cosine,
-    hypot,
-    sine,
-    sine_cosine,
-    slope_of,
-)
+from osm2xodr.curves.trigonometry import arccosine, arcsine, arctan2, cosine, hypot, sine, sine_cosine, slope_of
 
 __all__ = [
     "CLEARANCE_STEP",

@@ -17,15 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    cosine,
-    curve_ends,
-    pose,
-    sine,
-    solve_sparse,
-    unique_rows,
-    wrapped,
-)
+from osm2xodr.curves import cosine, curve_ends, pose, sine, solve_sparse, unique_rows, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts

@@ -14,10 +14,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from osm2xodr.curves import (
-    running_lengths,
-    sine_cosine,
-)
+from osm2xodr.curves import running_lengths, sine_cosine
 from osm2xodr.model import FloatArray
 from osm2xodr.shapes.placing import PlacedObject, PlacedSignal
 

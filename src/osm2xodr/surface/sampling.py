@@ -14,11 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    exp,
-    hypot,
-    smooth_step,
-)
+from osm2xodr.curves import exp, hypot, smooth_step
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids import (
     Cells,

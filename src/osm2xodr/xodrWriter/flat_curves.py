@@ -15,15 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    advance,
-    cube_root,
-    cut_records,
-    lines_that_go_on,
-    owners,
-    ranks,
-    wrapped,
-)
+from osm2xodr.curves import advance, cube_root, cut_records, lines_that_go_on, owners, ranks, wrapped
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Radius beyond which arcs become lines, m: numbers of single precision are 1.6 cm apart there.

@@ -233,7 +233,7 @@ def test_cycle_tracks_lead_straight_on_past_other_streets(
 @EITHER
 def test_cycle_tracks_of_one_way_streets_that_cross_lead_straight_on_at_both_sides(rule: Rule) -> None:
     """Also against the cars; strips between track and carriageway begin and end there."""
-    one_way = {way: (nodes, f"lanes=1 width=4 oneway=yes {tags}") for way, (nodes, tags) in {**X.ways}.items()}
+    one_way = {way: (nodes, f"lanes=1 width=4 oneway=yes {tags}") for way, (nodes, tags) in X.ways.items()}
     near, far = (TRACK,), (VERGE, TRACK)
     roads = built(Case(X.nodes, one_way), {1: (far, far), 2: (near, near), 3: (far, near), 4: (near, far)}, rule)
     assert_sound(roads)

@@ -24,16 +24,7 @@ from osm2xodr.batching.cutting.streets import (
     only,
 )
 from osm2xodr.batching.model import CutRequest
-from osm2xodr.curves import (
-    cosine,
-    distance_to_outline,
-    hypot,
-    ranks,
-    repeated,
-    runs,
-    sorted_unique,
-    unique_inverse,
-)
+from osm2xodr.curves import cosine, distance_to_outline, hypot, ranks, repeated, runs, sorted_unique, unique_inverse
 from osm2xodr.defaults import OUTLINE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
 

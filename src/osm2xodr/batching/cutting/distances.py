@@ -7,13 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    hypot,
-    outline_bounds,
-    ranks,
-    repeated,
-    sorted_unique,
-)
+from osm2xodr.curves import hypot, outline_bounds, ranks, repeated, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Length of the parts that long segments are divided into, m, and the largest number of them.

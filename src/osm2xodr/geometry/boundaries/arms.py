@@ -7,16 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    arctan2,
-    cosine,
-    cubic_value,
-    lengths,
-    pose,
-    sine,
-    starts,
-    unique_all,
-)
+from osm2xodr.curves import arctan2, cosine, cubic_value, lengths, pose, sine, starts, unique_all
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.edges import Edges
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Lane, RoadMap

@@ -10,17 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    hypot,
-    owners,
-    ranks,
-    repeated,
-    runs,
-    starts,
-    unique_first,
-    unique_inverse,
-    unique_rows,
-)
+from osm2xodr.curves import hypot, owners, ranks, repeated, runs, starts, unique_first, unique_inverse, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms, lanes_across

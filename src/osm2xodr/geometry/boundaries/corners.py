@@ -6,12 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import (
-    hypot,
-    ranks,
-    repeated,
-    unique_first,
-)
+from osm2xodr.curves import hypot, ranks, repeated, unique_first
 from osm2xodr.geometry.boundaries import defaults
 from osm2xodr.geometry.boundaries.arms import Arms
 from osm2xodr.geometry.boundaries.edges import Edges, edge_lines

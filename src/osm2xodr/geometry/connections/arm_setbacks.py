@@ -7,14 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    Table,
-    cosine,
-    sine,
-    slope_of,
-    smallest_radius,
-    wrapped,
-)
+from osm2xodr.curves import Table, cosine, sine, slope_of, smallest_radius, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads

@@ -13,12 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    pose,
-    sine,
-    wrapped,
-)
+from osm2xodr.curves import cosine, pose, sine, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import (

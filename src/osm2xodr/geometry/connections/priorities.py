@@ -17,10 +17,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.conventions import Signs, ranks_at_junction, read_signs
-from osm2xodr.curves import (
-    curves_cross,
-    sine_cosine,
-)
+from osm2xodr.curves import curves_cross, sine_cosine
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts

@@ -14,14 +14,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import (
-    cosine,
-    find_record,
-    lengths,
-    pose,
-    ranks,
-    sine,
-)
+from osm2xodr.curves import cosine, find_record, lengths, pose, ranks, sine
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, span_at, span_roads
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 

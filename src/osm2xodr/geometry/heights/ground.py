@@ -13,11 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    exp,
-    log,
-    smooth_step,
-)
+from osm2xodr.curves import exp, log, smooth_step
 from osm2xodr.defaults import COARSE_CELL
 from osm2xodr.geometry.heights.ground_windows import (
     CORE,

@@ -6,13 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    exp,
-    lengths,
-    log,
-    pose,
-    wrapped,
-)
+from osm2xodr.curves import exp, lengths, log, pose, wrapped
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network
 from osm2xodr.geometry.heights.readings import Reading

@@ -8,10 +8,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from osm2xodr.curves import (
-    dot,
-    hypot,
-)
+from osm2xodr.curves import dot, hypot
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings

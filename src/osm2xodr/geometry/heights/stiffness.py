@@ -8,12 +8,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import (
-    cosine,
-    hypot,
-    runs,
-    sine,
-)
+from osm2xodr.curves import cosine, hypot, runs, sine
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import (

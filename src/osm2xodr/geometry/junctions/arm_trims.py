@@ -8,15 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    blocks,
-    cosine,
-    sine,
-    slope_of,
-    sorted_unique,
-    unique_inverse,
-    wrapped,
-)
+from osm2xodr.curves import blocks, cosine, sine, slope_of, sorted_unique, unique_inverse, wrapped
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.nearest_places import nearest_places

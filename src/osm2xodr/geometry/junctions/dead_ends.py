@@ -9,17 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    cosine,
-    find_record,
-    lengths,
-    pose,
-    ranks,
-    repeated,
-    sine,
-    starts,
-    unique_rows,
-)
+from osm2xodr.curves import cosine, find_record, lengths, pose, ranks, repeated, sine, starts, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout

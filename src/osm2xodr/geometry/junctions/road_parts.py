@@ -9,17 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    curve_ends,
-    cut_curves,
-    hypot,
-    lengths,
-    pose,
-    snap_cuts,
-    sorted_unique,
-    wrapped,
-)
+from osm2xodr.curves import cosine, curve_ends, cut_curves, hypot, lengths, pose, snap_cuts, sorted_unique, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement

@@ -6,14 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    repeated,
-    sine,
-    slope_of,
-    unique_counts,
-    wrapped,
-)
+from osm2xodr.curves import cosine, repeated, sine, slope_of, unique_counts, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import defaults

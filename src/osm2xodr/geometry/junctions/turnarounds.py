@@ -14,15 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    arctan2,
-    curves_of,
-    hypot,
-    ranks,
-    repeated,
-    replace_curves,
-    unique_inverse,
-)
+from osm2xodr.curves import arctan2, curves_of, hypot, ranks, repeated, replace_curves, unique_inverse
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX

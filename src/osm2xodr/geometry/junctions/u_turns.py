@@ -14,11 +14,7 @@ from operator import attrgetter
 import numpy as np
 
 from osm2xodr.conventions import find_country, read_signs
-from osm2xodr.curves import (
-    cosine,
-    sine,
-    wrapped,
-)
+from osm2xodr.curves import cosine, sine, wrapped
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions import defaults

@@ -6,17 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    pose,
-    project,
-    repeated,
-    runs,
-    sine,
-    smooth_step,
-    sorted_unique,
-    unique_inverse,
-)
+from osm2xodr.curves import cosine, pose, project, repeated, runs, sine, smooth_step, sorted_unique, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults

@@ -12,15 +12,7 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from osm2xodr.curves import (
-    Table,
-    arctan2,
-    cosine,
-    sine,
-    sorted_unique,
-    unique_all,
-    wrapped,
-)
+from osm2xodr.curves import Table, arctan2, cosine, sine, sorted_unique, unique_all, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.margins import defaults

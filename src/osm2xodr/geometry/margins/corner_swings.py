@@ -8,17 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    arctan2,
-    chain_curves,
-    cosine,
-    curve_ends,
-    pose,
-    ranks,
-    repeated,
-    sine,
-    starts,
-)
+from osm2xodr.curves import arctan2, chain_curves, cosine, curve_ends, pose, ranks, repeated, sine, starts
 from osm2xodr.geometry.connections import ConnectingRoads, Poses, connect, legs_through
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView, Rule

@@ -13,16 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    arctan2,
-    cosine,
-    heading_at,
-    hypot,
-    pose,
-    project,
-    sine,
-    smooth_step,
-)
+from osm2xodr.curves import arctan2, cosine, heading_at, hypot, pose, project, sine, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import ranks, unique_counts, unique_rows, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
@@ -48,10 +48,10 @@ def with_cycle_tracks(
 
 def _one_pair_of_each_junction(junction: IntArray, arms: IntArray) -> Iterator[IntArray]:
     """Yield rows in turn, those of one pair of arms of each junction at a time."""
-    pair, at = np.unique(np.column_stack([junction, arms]), axis=0, return_inverse=True)
-    turn = np.arange(len(pair)) - np.searchsorted(pair[:, 0], pair[:, 0])
+    pairs = unique_rows(np.column_stack([junction, arms]))
+    turn = ranks(unique_counts(pairs.values[:, 0])[1])[pairs.inverse]
     for k in range(int(turn.max()) + 1):
-        yield np.flatnonzero(turn[at.ravel()] == k)
+        yield np.flatnonzero(turn == k)
 
 
 def ends_of_tracks(
@@ -62,10 +62,13 @@ def ends_of_tracks(
         place for one, lane, other, beyond in _linked(cars, corners) for place in ((one, lane), (other, beyond))
     }
     for end in np.union1d(cars.entry, cars.exit).tolist():
-        for side in (1, -1):
-            strips = strips_at_end(parts, margins[end // 2], end, side)
-            if strips and strips[-1][1].type is LaneType.BIKING and (end, strips[-1][0]) not in linked:
-                yield end, side
+        beside = margins[end // 2]
+        for side in (1, -1) if beside else ():
+            strips = beside[-(end % 2)].strips(side)
+            if strips and strips[-1].type is LaneType.BIKING:
+                lane, _ = strips_at_end(parts, beside, end, side)[-1]
+                if (end, lane) not in linked:
+                    yield end, side
 
 
 def _linked(cars: ConnectingRoads, corners: ConnectingRoads) -> set[_Link]:

@@ -9,16 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    cosine,
-    find_record,
-    pose,
-    ranks,
-    repeated,
-    sine,
-    slope_of,
-    starts,
-)
+from osm2xodr.curves import cosine, find_record, pose, ranks, repeated, sine, slope_of, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts

@@ -7,15 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    owners,
-    pose,
-    ranks,
-    repeated,
-    sharpest_curvature,
-    sine,
-)
+from osm2xodr.curves import cosine, owners, pose, ranks, repeated, sharpest_curvature, sine
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, Notch

@@ -7,16 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    Table,
-    advance,
-    cosine,
-    end_curvature,
-    find_record,
-    places_along,
-    sine,
-    smooth_step,
-)
+from osm2xodr.curves import Table, advance, cosine, end_curvature, find_record, places_along, sine, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule

@@ -8,15 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    hypot,
-    ranks,
-    rays_to_segments,
-    repeated,
-    sine,
-    starts,
-)
+from osm2xodr.curves import cosine, hypot, ranks, rays_to_segments, repeated, sine, starts
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.pavement import defaults

@@ -10,13 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import (
-    cosine,
-    hypot,
-    rays_to_segments,
-    sine,
-    unique_first,
-)
+from osm2xodr.curves import cosine, hypot, rays_to_segments, sine, unique_first
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray

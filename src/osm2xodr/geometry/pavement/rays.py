@@ -8,14 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.curves import (
-    Table,
-    cosine,
-    heading_at,
-    join_tables,
-    project,
-    sine,
-)
+from osm2xodr.curves import Table, cosine, heading_at, join_tables, project, sine
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges

@@ -13,17 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    advance,
-    arc_step,
-    arctan2,
-    cosine,
-    hypot,
-    running_lengths,
-    sine,
-    solve_dense,
-    wrapped,
-)
+from osm2xodr.curves import advance, arc_step, arctan2, cosine, hypot, running_lengths, sine, solve_dense, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView

@@ -7,11 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cube_root,
-    owners,
-    sorted_unique,
-)
+from osm2xodr.curves import cube_root, owners, sorted_unique
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.banded import solve_banded
 from osm2xodr.geometry.plan_view.fine_points import FinePoints

@@ -12,10 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    hypot,
-)
+from osm2xodr.curves import cosine, hypot
 from osm2xodr.model import FloatArray, IntArray
 
 # How far out at sea the driving side is that of the nearest country, m; a choice.

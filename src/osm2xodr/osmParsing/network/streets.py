@@ -15,13 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    dot,
-    hypot,
-    ranks,
-    sorted_unique,
-    starts,
-)
+from osm2xodr.curves import dot, hypot, ranks, sorted_unique, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BoolArray,

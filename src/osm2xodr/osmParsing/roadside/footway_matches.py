@@ -10,10 +10,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import (
-    cosine,
-    repeated,
-)
+from osm2xodr.curves import cosine, repeated
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines

@@ -6,11 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    exp,
-    hypot,
-    log,
-)
+from osm2xodr.curves import exp, hypot, log
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 

@@ -16,16 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    Table,
-    cosine,
-    hypot,
-    owners,
-    runs,
-    sine,
-    slope_of,
-    solve_dense,
-)
+from osm2xodr.curves import Table, cosine, hypot, owners, runs, sine, slope_of, solve_dense
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
