@@ -1,10 +1,10 @@
 """Curves of a network as flat arrays: lines, arcs, spirals and cubics, evaluated, cut and compared all at once.
 
 `plan_views` tables of curves · `records` places on them · `spirals` their shapes · `cubics` piecewise cubics ·
-`dubins` shortest curves between poses · `nearest` curves near points · `crossings` curves that cross · `overlaps`
-roads over each other · `clearances` room between them · `polygons` points in areas · `polylines` along them ·
-`table` equally long columns · `ragged` groups in flat arrays, distinct integers. The same on every machine:
-`trigonometry` · `exponentials` · `elimination` systems of equations · `transverse_mercator`
+`dubins` shortest curves between poses · `point_tree` points near places · `nearest` curves near them · `crossings`
+curves that cross · `overlaps` roads over each other · `clearances` room between them · `polygons` points in areas ·
+`polylines` along them · `table` equally long columns · `ragged` groups in flat arrays, distinct integers. The same on
+every machine: `trigonometry` · `exponentials` · `elimination` systems of equations · `transverse_mercator`
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ from osm2xodr.curves.plan_views import (
     stack_plan_views,
     wrapped,
 )
+from osm2xodr.curves.point_tree import PointTree
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
 from osm2xodr.curves.polylines import running_lengths
 from osm2xodr.curves.ragged import (
@@ -80,6 +81,7 @@ __all__ = [
     "ClosePlaces",
     "CurveFinder",
     "Factors",
+    "PointTree",
     "RaggedTable",
     "RoadGraph",
     "Stations",

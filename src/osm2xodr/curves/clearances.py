@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
+from osm2xodr.curves.point_tree import PointTree
 from osm2xodr.curves.ragged import unique_inverse
 from osm2xodr.curves.trigonometry import sine
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -230,11 +230,9 @@ def _worst(pieces: _Pieces, kin: _Kin, length: FloatArray, pairs: _Overlaps) -> 
 
 def _apart(place: FloatArray, height: FloatArray) -> IntArray:
     """Return the rows of places, (n, 2), m, that are apart from each other, the lowest of those that are not."""
-    if not len(place):
-        return np.zeros(0, np.int64)
-    tree, free, out = cKDTree(place), np.ones(len(place), bool), []
+    tree, free, out = PointTree(place), np.ones(len(place), bool), []
     for k in np.argsort(height, kind="stable").tolist():
         if free[k]:
-            free[tree.query_ball_point(place[k], _PLACE)] = False
+            free[tree.within(place[None, k], _PLACE)[1]] = False
             out.append(k)
     return np.array(out, np.int64)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import chain
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves.plan_views import places_along
-from osm2xodr.curves.ragged import repeated, sorted_unique, unique_first
+from osm2xodr.curves.point_tree import PointTree
+from osm2xodr.curves.ragged import sorted_unique, unique_first
 from osm2xodr.curves.records import pose, project
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -31,7 +30,7 @@ class CurveFinder:
     def __init__(self, plan: PlanView, curves: IntArray | None = None) -> None:
         self._plan = plan
         self._curve, x, y = sample_curves(plan, np.arange(len(plan.start) - 1) if curves is None else curves)
-        self._tree = cKDTree(np.column_stack([x, y])) if len(x) else None
+        self._tree = PointTree(np.column_stack([x, y]))
 
     def near(
         self, x: FloatArray, y: FloatArray, reach: float
@@ -40,14 +39,9 @@ class CurveFinder:
 
         Points and curves are indices in ascending order, curves for each point.
         """
-        if self._tree is None or not len(x):
-            index, number = np.zeros(0, np.int64), np.zeros(0)
-            return index, index, number, number, number
-        found: Any = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
         curves = len(self._plan.start)
-        sample = np.fromiter(chain.from_iterable(found), np.int64)
-        pair = repeated([len(rows) for rows in found]) * curves + self._curve[sample]
-        point, curve = np.divmod(sorted_unique(pair), curves)
+        place, sample = self._tree.within(np.column_stack([x, y]), reach + SAMPLE_SPACING)
+        point, curve = np.divmod(sorted_unique(place * curves + self._curve[sample]), curves)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach
         return point[inside], curve[inside], s[inside], t[inside], distance[inside]

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.conventions import MarkStyle
 from osm2xodr.curves import (
+    PointTree,
     Table,
     cosine,
     heading_change,
@@ -188,12 +188,12 @@ def _edges(connecting: ConnectingRoads, wanted: IntArray, sides: tuple[int, int]
     there = np.isin(connecting.junction, connecting.junction[wanted])
     places = _Places.along(connecting, np.flatnonzero(driven & there))
     own = places.chosen(np.isin(places.row, wanted))
-    tree = cKDTree(places.xy)
+    tree = PointTree(places.xy)
     return [_edges_beside(connecting.junction, places, tree, own, wanted, side) for side in sides]
 
 
 def _edges_beside(
-    junction: IntArray, places: _Places, tree: cKDTree, own: _Places, wanted: IntArray, side: int
+    junction: IntArray, places: _Places, tree: PointTree, own: _Places, wanted: IntArray, side: int
 ) -> list[_Edge]:
     """Return what the edges of the wanted lanes are on one side; `tree` has all places, `own` are those on them."""
     edges = _EdgePlaces.of(own, side)
@@ -230,16 +230,16 @@ class _EdgePlaces(NamedTuple):
 
 
 def _lanes_near(
-    junction: IntArray, places: _Places, tree: cKDTree, edges: _EdgePlaces, there: IntArray
+    junction: IntArray, places: _Places, tree: PointTree, edges: _EdgePlaces, there: IntArray
 ) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return which of the places `there` on edges are on or in another lane of their junction, once for each, (n,).
 
     And how far outside of that lane they are, m, and whether it lies beyond the edge. `tree` has all places.
     """
     reach = math.hypot(places.half.max(initial=0.0) + _INSIDE, _SPACING)
-    near = cKDTree(edges.xy[there]).sparse_distance_matrix(tree, reach, output_type="ndarray")
+    at, by = tree.within(edges.xy[there], reach)
     # Most are on the lane itself.
-    at, by = there[near["i"]], near["j"]
+    at = there[at]
     apart = np.flatnonzero(edges.row[at] != places.row[by])
     at, by = at[apart], by[apart]
     together = np.flatnonzero(junction[edges.row[at]] == junction[places.row[by]])

@@ -15,9 +15,8 @@ from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, curve_ends, pose, sine, solve_sparse, unique_rows, wrapped
+from osm2xodr.curves import PointTree, cosine, curve_ends, pose, sine, solve_sparse, unique_rows, wrapped
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
@@ -193,8 +192,8 @@ def shares_with_room(parts: RoadParts, numbers: Mapping[int, Sequence[int]], shi
     x, y, hdg = pose(parts.plan_view, road, s)
     xy = np.column_stack([x, y])
     reach = 2 * float(edge.max()) + defaults.PARALLEL_SPACING
-    near = [np.array(places, np.int64) for places in cKDTree(xy).query_ball_point(xy[moved], reach)]
-    a, b = np.repeat(moved, [len(places) for places in near]), np.concatenate(near)
+    a, b = PointTree(xy).within(xy[moved], reach)
+    a = moved[a]
     (dx, dy), cos, sin = (xy[b] - xy[a]).T, cosine(hdg[a]), sine(hdg[a])
     along, across, turn = dx * cos + dy * sin, dy * cos - dx * sin, hdg[b] - hdg[a]
     abreast = (np.abs(along) <= 0.5 * defaults.PARALLEL_SPACING) & (np.abs(sine(turn)) < defaults.PARALLEL_SINE)

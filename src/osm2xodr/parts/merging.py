@@ -12,10 +12,9 @@ from typing import Final
 
 import numpy as np
 from lxml import etree
-from scipy.spatial import KDTree
 
 from osm2xodr.checking import lane_index
-from osm2xodr.curves import wrapped
+from osm2xodr.curves import PointTree, wrapped
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
@@ -320,9 +319,9 @@ def join_ends(ends: Sequence[RoadEnd]) -> tuple[int, int]:
         return 0, 0
     places = np.array([end.place for end in ends])
     usable = np.flatnonzero(np.isfinite(places).all(1))
-    tree = KDTree(places[usable])
+    near = np.column_stack(PointTree(places[usable]).within(places[usable], MEET_DISTANCE))
     meeting: dict[int, list[int]] = {}
-    for a, b in sorted(tree.query_pairs(MEET_DISTANCE)):
+    for a, b in sorted(near[near[:, 0] < near[:, 1]].tolist()):
         one, other = int(usable[a]), int(usable[b])
         if _meet(ends[one], ends[other]):
             meeting.setdefault(one, []).append(other)

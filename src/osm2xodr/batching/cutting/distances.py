@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import hypot, outline_bounds, ranks, repeated, sorted_unique
+from osm2xodr.curves import PointTree, hypot, outline_bounds, ranks, repeated
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Length of the parts that long segments are divided into, m, and the largest number of them.
@@ -73,9 +72,9 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
     segment = repeated(parts)
     share = ((ranks(parts) + 0.5) / parts[segment])[:, None]
     middle = start[segment] + share * (end[segment] - start[segment])
-    for index, found in enumerate(cKDTree(middle).query_ball_point(places, reach + 0.5 * _PART)):
-        chosen = sorted_unique(segment[np.asarray(found, np.int64)])
-        out[chosen] |= _to_point(start[chosen], end[chosen], places[index]) <= reach
+    index, found = PointTree(middle).within(places, reach + 0.5 * _PART)
+    chosen = segment[found]
+    out[chosen[_to_point(start[chosen], end[chosen], places[index]) <= reach]] = True
     return out
 
 
@@ -83,5 +82,5 @@ def points_near_places(points: FloatArray, places: FloatArray, reach: float) -> 
     """Return which points (n, 2) are within `reach` of any place (m, 2), m."""
     if not len(points) or not len(places):
         return np.zeros(len(points), np.bool_)
-    nearest, _ = cKDTree(places).query(points)
+    nearest, _ = PointTree(places).nearest(points)
     return np.asarray(nearest <= reach, np.bool_)

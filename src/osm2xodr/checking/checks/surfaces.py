@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
+from osm2xodr.curves import PointTree, Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import (
@@ -211,7 +210,8 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
     x, y, z = ways.points(row, ways.low[row] + share * (ways.high - ways.low)[row])
     # The junction as a third coordinate keeps junctions apart.
     place = np.column_stack([x, y, drive.roads.junction[ways.road[row]].astype(np.float64)])
-    pairs = cKDTree(place).query_pairs(_ONE_PLACE, output_type="ndarray")
+    pairs = np.column_stack(PointTree(place).within(place, _ONE_PLACE))
+    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
     road = ways.road[row]
     a, b = road[pairs[:, 0]], road[pairs[:, 1]]
     dx, dy, dz = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (x, y, z))

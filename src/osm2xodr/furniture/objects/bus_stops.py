@@ -8,8 +8,8 @@ from math import cos, hypot, inf, sin
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from osm2xodr.curves import PointTree
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Arm, NodePlace, RoadsideFinder, World, outline
@@ -101,7 +101,7 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
     middle = np.array([0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0)) for thing in things])
     places = finder.places(middle[:, 0], middle[:, 1], _REACH)
     arms = [arm for group in world.nodes.arms.values() for arm in group]
-    ends = cKDTree(np.array([(arm.x, arm.y) for arm in arms]).reshape(-1, 2))
+    ends = PointTree(np.array([(arm.x, arm.y) for arm in arms]).reshape(-1, 2))
     out = []
     left_out: list[str] = []
     for k, thing in enumerate(things):
@@ -109,8 +109,8 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
             leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
             found = world.road_map.roads[int(places.road[k])].id, float(places.s[k]), leftwards
         else:
-            near = ends.query_ball_point(middle[k], defaults.CROSSING_REACH + _WIDEST)
-            at_arm = _beside_arm(world, [arms[arm] for arm in near], *middle[k].tolist())
+            near = ends.within(middle[None, k], defaults.CROSSING_REACH + _WIDEST)[1]
+            at_arm = _beside_arm(world, [arms[arm] for arm in near.tolist()], *middle[k].tolist())
             if at_arm is None:
                 left_out.append(thing.osm_id)
                 continue

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
     SAMPLE_SPACING,
+    PointTree,
     Table,
     find_record,
     join_tables,
@@ -59,7 +59,7 @@ class RoadsidePlaces(Table):
 class _Samples:
     """Points along curves."""
 
-    tree: cKDTree
+    tree: PointTree
     curve: IntArray  # The curve of each point
 
 
@@ -194,18 +194,13 @@ class RoadsideFinder:
 
 def _sampled(plan: PlanView, curves: IntArray) -> _Samples:
     curve, x, y = sample_curves(plan, curves)
-    # There are few queries, so that a tree that is built fast is the best.
-    return _Samples(cKDTree(np.column_stack([x, y]), balanced_tree=False, compact_nodes=False), curve)
+    return _Samples(PointTree(np.column_stack([x, y])), curve)
 
 
 def _pairs(samples: _Samples, x: FloatArray, y: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
     """Return the pairs of points and curves near them, each once, ascending."""
-    if not len(samples.curve) or not len(x):
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    _, found = samples.tree.query(np.column_stack([x, y]), k=_NEIGHBOURS, distance_upper_bound=reach)
-    point = np.repeat(np.arange(len(x)), _NEIGHBOURS)
-    flat = found.ravel()
-    there = flat < len(samples.curve)
-    curves = int(samples.curve[-1]) + 1
-    pair = sorted_unique(point[there] * curves + samples.curve[flat[there]])
+    _, found = samples.tree.neighbours(np.column_stack([x, y]), _NEIGHBOURS, reach)
+    point, rank = np.nonzero(found >= 0)
+    curves = int(samples.curve.max(initial=0)) + 1
+    pair = sorted_unique(point * curves + samples.curve[found[point, rank]])
     return pair // curves, pair % curves

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import lengths, owners, pose
+from osm2xodr.curves import PointTree, lengths, owners, pose
 from osm2xodr.geometry.borders.pieces import Pieces
 from osm2xodr.geometry.heights import tolerated_grade
 from osm2xodr.model import (
@@ -124,6 +123,6 @@ def _nearest(plan: PlanView, one: int, other: int) -> tuple[float, float]:
         np.column_stack(pose(plan, np.full(len(s), k, np.int64), s)[:2])
         for k, s in zip((one, other), along, strict=True)
     )
-    distance, index = cKDTree(there).query(here)
+    distance, index = PointTree(there).nearest(here)
     k = int(np.argmin(distance))
-    return float(along[0][k]), float(along[1][np.asarray(index)[k]])
+    return float(along[0][k]), float(along[1][index[k]])

@@ -12,9 +12,9 @@ from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     arctan2,
     chain_curves,
     chosen_curves,
@@ -126,10 +126,10 @@ class Carriageways:
         """Return the distances from the streets at shares of curves, (curves, shares), m."""
         each = np.repeat(curve, len(shares))
         x, y, _ = pose(plan, each, np.tile(shares, len(curve)) * lengths(plan, each))
-        return np.reshape(self._places.query(np.column_stack([x, y]))[0], (len(curve), len(shares)))
+        return np.reshape(self._places.nearest(np.column_stack([x, y]))[0], (len(curve), len(shares)))
 
     @cached_property
-    def _places(self) -> cKDTree:
+    def _places(self) -> PointTree:
         """Places on OSM's lines of all streets that the ways lead over."""
         paths = self.lanes.paths
         legs = np.column_stack([paths.curve, np.minimum(paths.s_from, paths.s_to), np.abs(paths.s_to - paths.s_from)])
@@ -139,7 +139,7 @@ class Carriageways:
         s = legs[of, 1] + ranks(count) * (legs[:, 2] / (count - 1))[of]
         street = legs[of, 0].astype(np.int64)
         x, y, _ = pose(self.lines, street, s * (lengths(self.lines, street) / lengths(self.lanes.streets, street)))
-        return cKDTree(np.column_stack([x, y]))
+        return PointTree(np.column_stack([x, y]))
 
 
 def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> Carriageways:

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, lengths, sine, slope_of
+from osm2xodr.curves import PointTree, cosine, lengths, sine, slope_of
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses
 from osm2xodr.geometry.heights.problem import Pins, ProfileProblem, ProfileSolution, chosen_junctions, chosen_roads
@@ -117,8 +116,8 @@ def _roads_within(network: Network, places: FloatArray, reach: float) -> IntArra
     if not len(places):
         return np.zeros(0, np.int64)
     samples = network.samples
-    away = cKDTree(places).query(np.column_stack([samples.x, samples.y]), distance_upper_bound=reach)[0]
-    return np.asarray(np.unique(network.elements.road[samples.element[np.isfinite(away)]]))
+    _, near = PointTree(places).nearest(np.column_stack([samples.x, samples.y]), reach)
+    return np.asarray(np.unique(network.elements.road[samples.element[near >= 0]]))
 
 
 def ramp_problem(network: Network, roads: IntArray, level: ProfileSolution) -> tuple[ProfileProblem, Pins]:

@@ -8,9 +8,8 @@ from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, sine
+from osm2xodr.curves import PointTree, cosine, sine
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Elements, Network, components, hermite, hermite_slope, rows_matrix
@@ -320,9 +319,8 @@ def _opposite_samples(network: Network) -> tuple[IntArray, IntArray]:
     travel = samples.hdg[used] + np.where(oneway[used] < 0, np.pi, 0.0)
     place = np.column_stack([samples.x[used], samples.y[used], name[used] * _NAME_DISTANCE])
     k = min(_NEIGHBOURS, len(used))
-    distance, near = cKDTree(place).query(place, k=k, distance_upper_bound=defaults.DUAL_CARRIAGEWAY_DISTANCE)
-    found = np.isfinite(distance)
-    near = np.where(found, near, 0)
+    _, near = PointTree(place).neighbours(place, k, defaults.DUAL_CARRIAGEWAY_DISTANCE)
+    found = near >= 0
     opposite = found & (cosine(travel[near] - travel[:, None]) < _OPPOSITE)
     opposite &= problem.span_layer[span[used[near]]] == problem.span_layer[span[used]][:, None]
     offset = place[near, :2] - place[:, None, :2]

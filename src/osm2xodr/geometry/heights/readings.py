@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     cosine,
     hypot,
     lengths,
@@ -129,7 +129,7 @@ def _distance_from_measured(x: FloatArray, y: FloatArray, measured: BoolArray) -
     away = np.where(measured, 0.0, np.inf)
     if measured.any() and not measured.all():
         places = np.column_stack([x, y])
-        away[~measured] = cKDTree(places[measured]).query(places[~measured])[0]
+        away[~measured] = PointTree(places[measured]).nearest(places[~measured])[0]
     return away
 
 

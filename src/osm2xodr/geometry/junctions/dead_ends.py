@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, find_record, lengths, pose, ranks, repeated, sine, starts, unique_rows
+from osm2xodr.curves import PointTree, cosine, find_record, lengths, pose, ranks, repeated, sine, starts, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_STREET
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
@@ -119,9 +118,7 @@ class _Streets:
         aside = np.concatenate([middles, ends.left[found], ends.right[found]])
         x, y = x - aside * sine(hdg), y + aside * cosine(hdg)
         reach = float(np.maximum(self._left, -self._right).max()) + _SPACING
-        asked = cKDTree(np.column_stack([x, y]))
-        near = asked.sparse_distance_matrix(cKDTree(self._xy), reach, output_type="ndarray")
-        row, place = near["i"], near["j"]
+        row, place = PointTree(self._xy).within(np.column_stack([x, y]), reach)
         own = np.where(end % 2 == 1, self._first[end // 2 + 1] - 1, self._first[end // 2])
         other = (self.street[place] != end[row] // 2) & (self._level[place] == self._level[own[row]])
         row, place = row[other], place[other]
@@ -132,7 +129,7 @@ class _Streets:
     def covers(self, street: int, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:
         """Return which points, (n,), m, lie on a street or nearer to it than a gap, m."""
         places = np.arange(self._first[street], self._first[street + 1])
-        nearest = places[cKDTree(self._xy[places]).query(np.column_stack([x, y]))[1]]
+        nearest = places[PointTree(self._xy[places]).nearest(np.column_stack([x, y]))[1]]
         return self._on(nearest, x, y, gap)
 
     def _on(self, place: IntArray, x: FloatArray, y: FloatArray, gap: float) -> BoolArray:

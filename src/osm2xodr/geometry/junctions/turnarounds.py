@@ -12,9 +12,8 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import arctan2, curves_of, hypot, ranks, repeated, replace_curves, unique_inverse
+from osm2xodr.curves import PointTree, arctan2, curves_of, hypot, ranks, repeated, replace_curves, unique_inverse
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX
@@ -184,12 +183,12 @@ def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds)
     reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + _PIECE_LENGTH / 2
     nodes = [network.intersections[int(ends.node[item])] for item in wanted]
     xy = np.array([(node.x, node.y) for node in nodes])
-    close = np.flatnonzero(np.isfinite(cKDTree(xy).query((start + end) / 2, distance_upper_bound=reach)[0]))
-    lines = cKDTree((start[close] + end[close]) / 2)
+    close = np.flatnonzero(PointTree(xy).nearest((start + end) / 2, reach)[1] >= 0)
+    lines = PointTree((start[close] + end[close]) / 2)
     whole = ends.length[0::2]
     out: dict[int, float] = {}
     for item, place in zip(wanted, xy, strict=True):
-        found = close[np.array(lines.query_ball_point(place, reach), np.int64)]
+        found = close[lines.within(place[None], reach)[1]]
         away = whole[item // 2] - run[found] if item % 2 else run[found]
         own = (street[found] == item // 2) & (away < 3 * defaults.TURNAROUND_DIAMETER_MAX)
         found = found[~own & (ends.layer[2 * street[found]] == ends.layer[item])]

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, find_record, pose, ranks, repeated, sine, slope_of, starts
+from osm2xodr.curves import PointTree, cosine, find_record, pose, ranks, repeated, sine, slope_of, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -111,8 +110,8 @@ def _parallel_roads(
     x, y, hdg = pose(parts.plan_view, road, s)
     own = np.flatnonzero(with_any[road])
     places = np.column_stack([x, y])
-    pairs = cKDTree(places[own]).sparse_distance_matrix(cKDTree(places), defaults.MARGIN_REACH, output_type="ndarray")
-    a, b = own[pairs["i"]], pairs["j"]
+    a, b = PointTree(places).within(places[own], defaults.MARGIN_REACH)
+    a = own[a]
     stretch = find_record(edges.first, edges.s, road, s)
     chosen = (road[a] != road[b]) & (edges.layer[stretch[a]] == edges.layer[stretch[b]])
     a, b = a[chosen], b[chosen]

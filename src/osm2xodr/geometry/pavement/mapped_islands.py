@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     cubic_value,
     hypot,
     inside_outline,
@@ -62,12 +62,12 @@ def raised_islands(
     left_out: list[str] = []
     if areas:
         curve, x, y = sample_curves(road_map.plan_view, np.arange(len(road_map.roads)))
-        tree = cKDTree(np.column_stack([x, y]))
+        tree = PointTree(np.column_stack([x, y]))
     for area in areas:
         ring = area.points[:-1]
         middle = ring.mean(axis=0)
         reach = float(hypot(*(ring - middle).T).max()) + _REACH
-        near = sorted_unique(curve[tree.query_ball_point(middle, reach)])
+        near = sorted_unique(curve[tree.within(middle[None], reach)[1]])
         found = list(_on_roads(area, near, road_map, ends)) if len(near) else []
         mapped += found
         left_out += [] if found else [area.osm_id]

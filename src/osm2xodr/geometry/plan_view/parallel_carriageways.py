@@ -11,9 +11,9 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     Table,
     cosine,
     find_record,
@@ -203,11 +203,9 @@ def places_abreast(network: StreetNetwork, fitted: FittedStreets) -> PlacesAbrea
     # Places `PARALLEL_SPACING` or a little more apart along all streets.
     count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
     spaced = _Places.on(plan, repeated(count), (ranks(count) + 0.5) * np.repeat(length / count, count))
-    pairs = np.zeros((0, 2), np.int64)
-    if len(spaced.s) > 1:
-        tree = cKDTree(np.column_stack([spaced.x, spaced.y]))
-        pairs = tree.query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
-    one, other = np.ascontiguousarray(pairs.T)
+    places = np.column_stack([spaced.x, spaced.y])
+    one, other = PointTree(places).within(places, defaults.PARALLEL_REACH)
+    one, other = one[one < other], other[one < other]
     sides = _sides(fitted)
     piece = sides.at(spaced.street, spaced.s)
     apart = (spaced.street[one] != spaced.street[other]) & (sides.layer[piece[one]] == sides.layer[piece[other]])

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import repeated
+from osm2xodr.curves import PointTree
 from osm2xodr.defaults import SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import pose, pose_and_curvature
@@ -62,7 +61,7 @@ class RoadFinder:
         self._stations: Stations = sample_roads(file, SAMPLE_TOLERANCE, _FIND_STEP)
         self._usable = np.flatnonzero(np.isfinite(self._stations.x) & np.isfinite(self._stations.y))
         points = np.column_stack([self._stations.x, self._stations.y])[self._usable]
-        self._tree = cKDTree(points) if len(points) else None
+        self._tree = PointTree(points)
         section = section_at(file, self._stations.road, self._stations.s)
         lanes = outermost_lanes(file, section)
         borders = [border for has, lane in lanes for border in lane_borders(file, lane, self._stations.s[has])]
@@ -82,15 +81,11 @@ class RoadFinder:
 
     def _near(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
         """Return pairs of points and stations near possible perpendiculars: the nearest of each pass of a road."""
-        if self._tree is None or not len(x):
-            return np.zeros(0, np.int64), np.zeros(0, np.int64)
         points = np.column_stack([x, y])
-        nearest, _ = self._tree.query(points)
-        radius = np.maximum(nearest, self._reach) + _FIND_STEP
-        found = self._tree.query_ball_point(points, radius, return_sorted=True)
-        count = np.array([len(item) for item in found], np.int64)
-        point = repeated(count)
-        station = self._usable[np.concatenate([np.asarray(item, np.int64) for item in found])]
+        nearest, _ = self._tree.nearest(points)
+        point, found = self._tree.within(points, np.maximum(nearest, self._reach) + _FIND_STEP)
+        found = found[np.lexsort((found, point))]
+        station = self._usable[found]
         dx, dy = x[point] - self._stations.x[station], y[point] - self._stations.y[station]
         away = dx * dx + dy * dy
         # A local minimum within a run of stations that follow each other on one road.

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, repeated
+from osm2xodr.curves import PointTree, cosine, repeated
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines
@@ -72,10 +71,9 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     edges, edge_along = edges[edge], along[own]
     outwards = np.where((side == LEFT)[:, None], left_of[own], -left_of[own])
     searched = _search_points(edges, edge_along, levels[samples.piece[street]])
-    tree = cKDTree(searched, balanced_tree=False, compact_nodes=False)
+    tree = PointTree(searched)
     query = _search_points(lines.points[foot], lines.along[foot], own_levels[owner[foot]])
-    number = np.asarray(tree.query(query, k=_CANDIDATES, distance_upper_bound=_SEARCH_RADIUS)[1], np.int64)
-    number[number == len(edges)] = -1
+    _, number = tree.neighbours(query, _CANDIDATES, _SEARCH_RADIUS)
     # The nearest point is not always on the nearest edge, as points do not lie abreast of each other.
     away = lines.points[foot][:, None] - edges[number]
     beside = (away * outwards[number]).sum(axis=2)

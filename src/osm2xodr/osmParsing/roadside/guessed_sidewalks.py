@@ -12,9 +12,8 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cosine, hypot
+from osm2xodr.curves import PointTree, cosine, hypot
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BoolArray,
@@ -78,7 +77,7 @@ def with_guessed_sidewalks(
     samples = with_pieces(points, streets)
     lengths = samples.piece_lengths()
     lines = _lines(streets, samples, [footway for footway in footways if not footway.crossing])
-    tree = cKDTree(lines.points, balanced_tree=False, compact_nodes=False)
+    tree = PointTree(lines.points)
     free = np.zeros((len(pieces), 2), np.bool_)
     for side in (LEFT, RIGHT):
         rows = np.flatnonzero(open_sides[samples.piece, side])
@@ -142,7 +141,7 @@ def _lines(streets: Sequence[Street], samples: StreetSamples, footways: Sequence
 
 
 def _ruled_out(
-    samples: StreetSamples, rows: IntArray, side: int, lines: _Lines, tree: cKDTree, reach: float
+    samples: StreetSamples, rows: IntArray, side: int, lines: _Lines, tree: PointTree, reach: float
 ) -> BoolArray:
     """Return at which points of streets (rows of `samples`) a line within reach, m, rules a sidewalk out, (n,)."""
     sign = 1.0 if side == LEFT else -1.0
@@ -152,10 +151,10 @@ def _ruled_out(
     middle = edge + 0.5 * reach
     bound = float(hypot(0.5 * reach, BESIDE_SPACING))
     query = np.column_stack([x + middle * out_x, y + middle * out_y])
-    near = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=bound)[1], np.int64)
+    _, near = tree.neighbours(query, _NEIGHBOURS, bound)
     # One row for each point of a street and each point of a line near it.
-    at, _ = np.nonzero(near < len(lines.points))
-    found = near[near < len(lines.points)]
+    at, _ = np.nonzero(near >= 0)
+    found = near[near >= 0]
     away_x, away_y = lines.points[found, 0] - x[at], lines.points[found, 1] - y[at]
     # From this carriageway's edge to the other line.
     gap = away_x * out_x[at] + away_y * out_y[at] - edge[at]

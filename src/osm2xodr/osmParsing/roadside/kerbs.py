@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     Table,
     blocks,
     cosine,
@@ -227,14 +227,14 @@ class Crossings(Table):
 
 def find_crossings(stations: Stations, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments of the same layer within `KERB_REACH`."""
-    tree = cKDTree(stations.place)
+    tree = PointTree(stations.place)
     every = join_tables(
         _crossings(stations, tree, segments.chosen(rows)) for rows in blocks(max(len(segments.owner), 1))
     )
     return every.chosen(np.lexsort((every.owner, every.t, every.station)))
 
 
-def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossings:
+def _crossings(stations: Stations, tree: PointTree, segments: Segments) -> Crossings:
     """Return where the lines across streets meet segments, in any order; `tree` has the places of the stations."""
     step = segments.end - segments.start
     length = hypot(step[:, 0], step[:, 1])
@@ -243,9 +243,9 @@ def _crossings(stations: Stations, tree: cKDTree, segments: Segments) -> Crossin
     share = (ranks(parts) + 0.5) / parts[segment]
     middle = segments.start[segment] + share[:, None] * step[segment]
     reach = float(hypot(KERB_REACH, _PART))
-    near = tree.sparse_distance_matrix(cKDTree(middle), reach, output_type="ndarray")
+    at_part, station = tree.within(middle, reach)
     # Several parts of a segment may lie near a station.
-    pairs = sorted_unique(near["i"].astype(np.int64) * len(parts) + segment[near["j"]])
+    pairs = sorted_unique(station * len(parts) + segment[at_part])
     at, of = pairs // len(parts), pairs % len(parts)
     same = stations.layer[at] == segments.layer[of]
     at, of = at[same], of[same]

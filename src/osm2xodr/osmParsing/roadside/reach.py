@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
+    PointTree,
     hypot,
     ranks,
     repeated,
@@ -116,12 +116,11 @@ def near_streets(samples: StreetSamples, points: FloatArray) -> BoolArray:
     near[near] = candidates
     if not chosen.any() or not near.any():
         return np.zeros(len(points), np.bool_)
-    tree = cKDTree(samples.lines.points[chosen], balanced_tree=False, compact_nodes=False)
-    distance, number = tree.query(points[near], distance_upper_bound=_SEARCH_RADIUS)
-    found = np.isfinite(distance)
-    piece = samples.piece[chosen][np.asarray(number, np.int64)[found]]
+    distance, number = PointTree(samples.lines.points[chosen]).nearest(points[near], _SEARCH_RADIUS)
+    found = number >= 0
+    piece = samples.piece[chosen][number[found]]
     half = np.maximum(samples.left[piece], -samples.right[piece])
-    found[found] = np.asarray(distance)[found] <= ROADSIDE_REACH + half
+    found[found] = distance[found] <= ROADSIDE_REACH + half
     near[near] = found
     out: BoolArray = near
     return out

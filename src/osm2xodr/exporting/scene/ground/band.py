@@ -11,9 +11,8 @@ from typing import Final, TypeAlias
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import PointTree, runs
 from osm2xodr.exporting.scene.arrangement import first_of, half_edges, places_of, steps, triangles_of
 from osm2xodr.exporting.scene.ground.cells import Cells
 from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL
@@ -125,7 +124,7 @@ def _spokes(places: FloatArray, rim: IntArray, edges: IntArray, first: int) -> I
     corners = np.unique(edges[edges >= first])
     corners = corners[::_PER_SPOKE]
     ends = np.unique(rim)
-    nearest = ends[cKDTree(places[ends]).query(places[corners])[1]]
+    nearest = ends[PointTree(places[ends]).nearest(places[corners])[1]]
     spokes = np.column_stack([corners, nearest])
     tree = shapely.STRtree(shapely.linestrings(places[edges]))
     spoke, edge = tree.query(shapely.linestrings(places[spokes]), predicate="intersects")

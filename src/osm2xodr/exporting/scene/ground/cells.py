@@ -8,9 +8,8 @@ from typing import Final
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
-from osm2xodr.curves import ranks
+from osm2xodr.curves import PointTree, ranks
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.ground.defaults import (
     GROUND_CELL,
@@ -200,7 +199,7 @@ def _inside(points: FloatArray, away: FloatArray, column: int, row: int, reach: 
     out = np.where(corners_of(_squares(away < reach)), reach, -GROUND_CELL)
     rows, columns = np.nonzero(corners_of(_squares(np.abs(away - reach) <= _DIAGONALS)))
     at = GROUND_CELL * (np.column_stack([columns + column, rows + row]))
-    found = reach - cKDTree(np.unique(points, axis=0)).query(at)[0]
+    found = reach - PointTree(np.unique(points, axis=0)).nearest(at)[0]
     out[rows, columns] = np.where(np.abs(found) < _ON_OUTLINE, 0.0, found)
     return out
 

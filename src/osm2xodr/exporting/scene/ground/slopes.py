@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from osm2xodr.curves import PointTree
 from osm2xodr.exporting.scene.ground.cells import Cells, corners_of
 from osm2xodr.exporting.scene.ground.defaults import CLASH_REACH, GROUND_CELL, SLOPE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -64,7 +64,7 @@ def _on_roads(cells: Cells, limits: Limits, z: FloatArray) -> None:
     if not len(rim):
         return
     at = np.column_stack([x[row, column], y[row, column]])
-    nearest = rim[cKDTree(limits.xyz[rim, :2]).query(at)[1]]
+    nearest = rim[PointTree(limits.xyz[rim, :2]).nearest(at)[1]]
     inside = ((at - limits.xyz[nearest, :2]) * limits.normal[nearest]).sum(1) < 0.0
     z[row[inside], column[inside]] = limits.xyz[nearest[inside], 2]
 

@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy import ndimage
 from scipy.sparse.linalg import spsolve
-from scipy.spatial import cKDTree
 
+from osm2xodr.curves import PointTree
 from osm2xodr.exporting.scene.ground.cells import GROUND_BLOCK, Cells
 from osm2xodr.exporting.scene.ground.defaults import APRON, GROUND_CELL, LARGEST_GAP
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -95,7 +95,7 @@ def with_strips(cells: Cells, base: FloatArray, rim: FloatArray) -> tuple[FloatA
     if len(rim):
         x, y = cells.node_xy()
         at = np.column_stack([x[row, column], y[row, column]])
-        away, nearest = (np.asarray(item) for item in cKDTree(rim[:, :2]).query(at, distance_upper_bound=_FARTHEST))
+        away, nearest = PointTree(rim[:, :2]).nearest(at, _FARTHEST)
         close = np.isfinite(away)
         row, column, away = row[close], column[close], away[close]
         out[row, column] = rim[nearest[close], 2]
