@@ -75,8 +75,9 @@ def _entries(column: Any, rows: IntArray | BoolArray | slice) -> Any:
         return column[rows]
     if isinstance(column, Table):
         return column.chosen(rows)
-    at = np.arange(len(column.start) - 1 if isinstance(column, PlanView) else len(column))[rows]
-    return chosen_curves(column, at) if isinstance(column, PlanView) else tuple(column[k] for k in at.tolist())
+    if isinstance(column, PlanView):
+        return chosen_curves(column, np.arange(len(column.start) - 1)[rows])
+    return tuple(map(column.__getitem__, np.arange(len(column))[rows].tolist()))
 
 
 def _behind(columns: Sequence[Any]) -> Any:

@@ -77,7 +77,7 @@ def find_priorities(
     counts = dict.fromkeys(_COUNTS, 0)
     used: set[int] = set()
     passed = np.full(len(connecting.length), -1, np.int64)
-    street_end = parts.street_end()
+    exits = parts.street_end()[connecting.exit]
     for junction, rows in _rows_by_entry(parts, connecting):
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
         ranks = ranks_at_junction(_attributes(network, end).highway for end in layout.arms[junction])
@@ -101,12 +101,13 @@ def find_priorities(
             low += [other for _, other in pairs]
             counts["junctions_with_priorities"] += bool(pairs)
             continue
-        decided = [(a, b) for a, b in permutations(arms, 2) if goes_first(arms[a], arms[b], ranks)]
+        before = {(a, b) for a, b in permutations(every, 2) if goes_first(every[a], every[b], ranks)}
+        decided = [pair for pair in permutations(arms, 2) if pair in before]
         for a, b in decided:
             high += [i for i in rows[a] for _ in rows[b]]
             low += rows[b] * len(rows[a])
         used.update(end for _, end in decided if arms[end].yields)
-        _count_passed(passed, rows, street_end[connecting.exit], every, ends)
+        _count_passed(passed, rows, exits, every, before, ends)
         counts["junctions_with_priorities"] += bool(decided)
         counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})
         if _contradicted(arms.values(), ranks):
@@ -121,29 +122,31 @@ def find_priorities(
 
 
 def _count_passed(
-    passed: IntArray, rows: Mapping[int, Sequence[int]], exits: IntArray, arms: Mapping[int, Arm], ends: StreetEnds
+    passed: IntArray,
+    rows: Mapping[int, Sequence[int]],
+    exits: IntArray,
+    arms: Mapping[int, Arm],
+    before: Collection[tuple[int, int]],
+    ends: StreetEnds,
 ) -> None:
-    """Set how many streets meet the ways of a junction that go before all others; `exits` (n,) are their exits."""
-    one_way, ranks = ends.enters != ends.leaves, [arm.rank for arm in arms.values()]
+    """Set how many streets meet the ways of a junction that go before all others.
+
+    `exits` (n,) are their exits, `before` the pairs of arms of which one goes before the other.
+    """
     for entry, group in rows.items():
-        for row in group:
-            exit_ = int(exits[row])
+        leaving = exits[group]
+        for exit_ in dict.fromkeys(leaving.tolist()):
             # The carriageway of the other direction is no side street.
-            sides = [
-                end
-                for end in arms.keys() - {entry, exit_}
-                if not (
-                    one_way[entry]
-                    and one_way[end]
-                    and abs(sine_cosine(ends.hdg[end] - ends.hdg[entry])[0]) < _ABREAST
-                )
-            ]
-            ranks = [arm.rank for arm in arms.values()]
-            if arms[entry].ring or not all(
-                goes_first(arms[k], arms[end], ranks) for k in (entry, exit_) for end in sides
-            ):
-                continue
-            passed[row] = sum(arms[end].rank > defaults.PRIORITY_RANK_MINOR for end in sides)
+            sides = [end for end in arms if end not in (entry, exit_) and not _run_abreast(entry, end, ends)]
+            if not arms[entry].ring and all((k, end) in before for k in (entry, exit_) for end in sides):
+                minor = defaults.PRIORITY_RANK_MINOR
+                passed[np.array(group)[leaving == exit_]] = sum(arms[end].rank > minor for end in sides)
+
+
+def _run_abreast(one: int, other: int, ends: StreetEnds) -> bool:
+    """Say whether two street ends are carriageways of one direction each that run side by side."""
+    one_way = ends.enters[one] != ends.leaves[one] and ends.enters[other] != ends.leaves[other]
+    return bool(one_way) and abs(sine_cosine(ends.hdg[other] - ends.hdg[one])[0]) < _ABREAST
 
 
 def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tuple[int, dict[int, list[int]]]]:
@@ -225,18 +228,22 @@ def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:
     """Say whether traffic of one arm goes before that of another; `ranks` are those of all arms of the junction."""
     # Who leaves a property yields, whether that is signed or not, and to those who yield to others as well.
-    leaves, other_leaves = (a.sign is None and _is_minor(a, b) for a, b in ((one, other), (other, one)))
-    for mine, its in ((one.yields or leaves, other.yields or other_leaves), (leaves, other_leaves)):
-        if mine != its:
-            return its
-    for mine, its in ((one.ring, other.ring), (one.priority_road, other.priority_road)):
-        if mine != its:
-            return mine
+    leaves, other_leaves = _leaves_property(one, other), _leaves_property(other, one)
+    yields, other_yields = one.yields or leaves, other.yields or other_leaves
+    if yields != other_yields:
+        return other_yields
+    if leaves != other_leaves:
+        return other_leaves
+    if one.ring != other.ring:
+        return one.ring
+    if one.priority_road != other.priority_road:
+        return one.priority_road
     return not one.yields and _outranks(one.rank, other.rank, ranks)
 
 
-def _is_minor(arm: Arm, other: Arm) -> bool:
-    return arm.rank <= defaults.PRIORITY_RANK_MINOR and arm.rank < other.rank and not arm.ring
+def _leaves_property(arm: Arm, other: Arm) -> bool:
+    minor = arm.rank <= defaults.PRIORITY_RANK_MINOR and arm.rank < other.rank
+    return minor and arm.sign is None and not arm.ring
 
 
 def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:

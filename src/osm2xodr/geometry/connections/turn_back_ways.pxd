@@ -4,7 +4,7 @@ from libc.stdint cimport int64_t
 from osm2xodr.curves cimport spirals, trigonometry
 
 cdef double _CELL, _HALF_OF_THEM, _PER_OWN_BEYOND, _PER_MEETING, _OWN, _MEET, _APART
-cdef int64_t _OFFSETS
+cdef int64_t _OFFSETS, _SQUARE_BITS
 
 @cython.locals(column=int64_t, line=int64_t)
 cdef int64_t _square(int64_t junction, double x, double y) noexcept nogil

@@ -12,6 +12,9 @@ from osm2xodr.model import FloatArray, IntArray
 
 _CELL: Final = PAVEMENT_CELL
 _HALF_OF_THEM: Final = 2.0**19
+# Numbers of squares have so many bits beside those of their junction.
+SQUARE_BITS: Final = 40
+_SQUARE_BITS: Final = SQUARE_BITS
 # So many places across lanes are looked at on each side of their middle.
 _OFFSETS: Final = 2
 # What ways cost, m² of tarmac: each m² of their own beyond `_OWN` once more so much; each metre that oncoming cars
@@ -27,7 +30,7 @@ _APART: Final = CAR_WIDTH + 0.1
 def _square(junction: int, x: float, y: float) -> int:
     """Return a number for each square of a junction; areas are up to 250 km wide."""
     column, line = int(x / _CELL + _HALF_OF_THEM), int(y / _CELL + _HALF_OF_THEM)
-    return (junction << 40) | (column << 20) | line
+    return (junction << _SQUARE_BITS) | (column << 20) | line
 
 
 def squares_across(

@@ -42,6 +42,7 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import NEAR_ENDS, OWN_TARMAC, PAVEMENT_CELL
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_back_ways import (
+    SQUARE_BITS,
     cheapest_way,
     cost_of_ground,
     cost_of_meeting,
@@ -184,11 +185,15 @@ class _Ground:
         squares = np.empty((len(of), len(steps)), np.int64)
         squares_across(connecting.junction[rows][of], places, width, steps, squares)
         self._paved = sorted_unique(squares)
+        # Those of each junction.
+        junctions = np.arange(connecting.junction.max(initial=-1) + 2)
+        self._first = np.searchsorted(self._paved, junctions << SQUARE_BITS).tolist()
 
     def of(self, row: int) -> tuple[float, float, int, IntArray]:
         """Return widths at the start and the end of a road, m, its junction, and the squares that are paved."""
-        item = self._connecting
-        return float(item.entry_width[row]), float(item.exit_width[row]), int(item.junction[row]), self._paved
+        item, junction = self._connecting, int(self._connecting.junction[row])
+        paved = self._paved[self._first[junction] : self._first[junction + 1]]
+        return float(item.entry_width[row]), float(item.exit_width[row]), junction, paved
 
     def own_tarmac(self, plan: PlanView, rows: IntArray) -> FloatArray:
         """Return how much ground the curves of some roads need that nothing else paves, (n,), m²."""

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import pairwise, permutations
+from itertools import permutations
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import blocks, cosine, sine, slope_of, sorted_unique, unique_inverse, wrapped
-from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.junctions import defaults
-from osm2xodr.geometry.junctions.nearest_places import nearest_places
+from osm2xodr.geometry.junctions.covered_edges import cover_edges
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.system import map_parallel
@@ -24,24 +23,10 @@ _FAR_STATIONS: Final = np.concatenate(
 )
 # Edges that end this near to the last station, m, or farther out, are looked at again along the farther ones.
 _NEAR_THE_LAST: Final = 1.0
-# Numbers of stations after which pairs that need no more are left out.
-_STATIONS_BEFORE_A_LOOK: Final = (10, 25)
-# Edges count as apart from this distance on, m. A choice.
-_GAP_BETWEEN_EDGES: Final = 0.3
-# Arms that run along each other lie side by side up to here, m, where one of them has come to another level: widths
-# are not known better.
-_OVERLAP_OF_LEVELS: Final = 0.2
-# Nearer to the node than this, m, no height is won: all levels are one there.
-_LEVELS_PART_FROM: Final = 25.0
-# An edge that has not reached the other arm up to here, m, never does: arms that come close again farther out are
-# other places. A choice.
-_FIRST_ENTRY: Final = 12.0
 # Between these angles of two arms, rad (25 and 160 degrees), a turn from one to the other has a kerb. A choice.
 _LEAST_CORNER: Final = np.deg2rad(25.0)
 _LARGEST_CORNER: Final = np.deg2rad(160.0)
-# Pairs that are worked out at once: as many as the processor's cache holds.
-_PAIRS_AT_ONCE: Final = 1500
-# And so many by a process: enough to be worth a copy of it.
+# So many pairs are worked on by a process: enough to be worth a copy of it.
 _PAIRS_PER_SHARE: Final = 9000
 
 
@@ -97,10 +82,12 @@ def _covered_share(
 ) -> tuple[FloatArray, FloatArray]:
     """Return what `_covered` does, for some of the pairs."""
     i, j = i[share], j[share]
-    cover, across = np.zeros(len(i)), np.zeros(len(i))
-    for part in blocks(len(i), _PAIRS_AT_ONCE):
-        cover[part], across[part] = _covered_part(ends, i[part], j[part], stations)
-    return cover, across
+    used, number = unique_inverse(np.concatenate([i, j]))
+    x, y, hdg = _samples(ends, used, stations)
+    level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used))).reshape(x.shape)
+    poses, out = np.stack([x, y, cosine(hdg), sine(hdg)]), np.empty((2, len(i)))
+    cover_edges(number[: len(i)], number[len(i) :], stations, poses, level, ends.left[used], ends.right[used], out)
+    return out[0], out[1]
 
 
 def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -113,59 +100,3 @@ def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[Flo
     )
     beyond = u - on_street
     return x + beyond * cosine(hdg), y + beyond * sine(hdg), hdg
-
-
-def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    used, number = unique_inverse(np.concatenate([i, j]))
-    one, other = number[: len(i)], number[len(i) :]
-    x, y, hdg = _samples(ends, used, stations)
-    cos, sin = cosine(hdg), sine(hdg)
-    level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used))).reshape(x.shape)
-    changed = (level != level[:, :1]) & (stations > _LEVELS_PART_FROM)
-    cover, across = np.zeros(len(i)), np.zeros(len(i))
-    for edge in (ends.left[used], ends.right[used]):
-        px, py = x - edge[:, None] * sin, y + edge[:, None] * cos
-        near = np.zeros((len(i), len(stations)), np.int64)
-        outside = np.full(near.shape, np.inf)
-        todo = np.arange(len(i))
-        # Most edges have soon left the other arm: stations farther away are left out.
-        for lo, hi in pairwise((0, *_STATIONS_BEFORE_A_LOOK, len(stations))):
-            a, b = one[todo], other[todo]
-            qx, qy = px[a, lo:hi], py[a, lo:hi]
-            found = np.zeros(qx.shape, np.int64)
-            nearest_places(qx, qy, x[b], y[b], found)
-            at = b[:, None], found
-            dx, dy = qx - x[at], qy - y[at]
-            ds = dx * cos[at] + dy * sin[at]
-            dt = dy * cos[at] - dx * sin[at]
-            apart = (level[a, lo:hi] != level[at]) & (changed[a, lo:hi] | changed[at])
-            apart &= np.abs(sin[a, lo:hi] * cos[at] - cos[a, lo:hi] * sin[at]) < PARALLEL_SINE
-            gap = np.where(apart, -_OVERLAP_OF_LEVELS, _GAP_BETWEEN_EDGES)
-            off = np.maximum(dt - ends.left[j[todo], None], ends.right[j[todo], None] - dt) - gap
-            behind = ((found == 0) & (ds < -1e-6)) | ((found == len(stations) - 1) & (ds > 1.0))
-            near[todo, lo:hi] = found
-            outside[todo, lo:hi] = np.where(behind, np.maximum(off, 0.1), off)
-            inside = outside[todo, :hi] < 0
-            may_enter = ~inside.any(1) & (hi < len(stations) and stations[hi] <= _FIRST_ENTRY)
-            todo = todo[may_enter | inside[:, -1]]
-        here = _end_of_first_run(outside, stations)
-        last = np.searchsorted(stations, here, side="right") - 1
-        there = np.where(here > 0, stations[near[np.arange(len(i)), last]], 0.0)
-        cover, across = np.maximum(cover, here), np.maximum(across, there)
-    return cover, across
-
-
-def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:
-    """Return where each row first turns from inside (negative) to outside, 0 where none is inside near its start."""
-    inside = outside < 0
-    first = inside.argmax(1)
-    touched = inside.any(1) & (stations[first] <= _FIRST_ENTRY)
-    later = np.arange(len(stations)) >= first[:, None]
-    leave = (~inside & later).argmax(1)
-    stays = ~(~inside & later).any(1)
-    rows = np.arange(len(outside))
-    before = np.maximum(leave - 1, 0)
-    lower, upper = outside[rows, before], outside[rows, leave]
-    share = np.clip(-lower / np.maximum(upper - lower, 1e-9), 0.0, 1.0)
-    where = stations[before] + share * (stations[leave] - stations[before])
-    return np.where(touched, np.where(stays, stations[-1], where), 0.0)

@@ -69,7 +69,13 @@ class LaneChange:
         if not self.beside or self.shift < _NO_SHIFT:
             return 0.0
         speed = defaults.TOWN_SPEED if self.speed is None else self.speed
-        return float(min(speed, defaults.SHIFT_SPEED) * cube_root(32 * self.shift / defaults.SHIFT_JERK))
+        return min(speed, defaults.SHIFT_SPEED) * _shift_time(self.shift)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _shift_time(shift: float) -> float:
+    """Return how long a gentle shift to the side takes, s, by its size, m."""
+    return float(cube_root(32 * shift / defaults.SHIFT_JERK))
 
 
 def taper_ratio(speed: float | None) -> float:

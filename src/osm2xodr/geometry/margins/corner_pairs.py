@@ -60,11 +60,9 @@ class Corners(Table):
         return np.array([bool(arms) for arms in self.passed], bool)
 
 
-def find_corners(
-    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None = None
-) -> Corners | None:
-    """Return the neighbouring arms (of `junctions`, if given) whose sidewalks face each other; None for none."""
-    found = list(_pairs(parts, margins, cars, rule, junctions))
+def find_corners(parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule) -> Corners | None:
+    """Return the neighbouring arms whose sidewalks face each other; None for none."""
+    found = list(_pairs(parts, margins, cars, rule))
     if not found:
         return None
     *ends, first, second, passed = zip(*found, strict=True)
@@ -99,16 +97,13 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
 
 
 def _pairs(
-    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule
 ) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk, tuple[int, ...]]]:
     """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `Corners`.
 
     The last value are the arms between them.
     """
-    end_junction = parts.end_junction.ravel()
     touched = np.union1d(cars.entry, cars.exit)
-    if junctions is not None:
-        touched = touched[np.isin(end_junction[touched], junctions)]
     walks = walks_at(parts, margins, product(touched.tolist(), (1, -1)))
     if not walks:
         return

@@ -61,7 +61,9 @@ def sidewalk_corners(
     carriageway: cars cross it there. Cycle tracks without sidewalks lead from arm to arm likewise, and shoulders
     without either, such as from a motorway to its exit.
     """
-    corners = find_corners(parts, margins, cars, rule, junctions)
+    if junctions is not None:
+        cars = cars.chosen(np.isin(cars.junction, junctions))
+    corners = find_corners(parts, margins, cars, rule)
     none = cars.chosen(np.zeros(len(cars.length), bool))
     if corners is None:
         return none, none
