@@ -30,7 +30,7 @@ HOMES = {
     "geopandas": {"exporting"},
     "networkx": {"exporting"},
     "pyogrio": {"exporting"},
-    "lxml": {"checking.checks", "parts"},
+    "lxml": {"checking.checks", "crop_and_merge"},
     "distributed": {"batching.workers"},
     "tomli": {"batching"},
     "pyproj": {"", "surface", "surface.grids", "opendrive.space"},
@@ -165,7 +165,17 @@ def test_no_stage_knows_another_one() -> None:
 def test_the_conversion_knows_its_stages_alone() -> None:
     reached = reached_from("pipeline")
     assert reached > STAGES - {"xodrWriter"}
-    around = {"batching", "checking", "cli", "exporting", "fetching", "library", "parts", "starting", "viewing"}
+    around = {
+        "batching",
+        "checking",
+        "cli",
+        "exporting",
+        "fetching",
+        "crop_and_merge",
+        "python_api",
+        "starting",
+        "viewing",
+    }
     assert reached & around == set()
 
 

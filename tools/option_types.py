@@ -1,4 +1,4 @@
-"""Makes the types of options, src/osm2xodr/library/keywords.py, of their declarations: ``tools/option_types.py``."""
+"""Makes the types of options, src/osm2xodr/python_api/keywords.py, of their declarations."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from osm2xodr.conventions import Declaration
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 
-TARGET = Path(__file__).parents[1] / "src" / "osm2xodr" / "library" / "keywords.py"
+TARGET = Path(__file__).parents[1] / "src" / "osm2xodr" / "python_api" / "keywords.py"
 
 _HEAD = '''"""Types of the options of conversions, so that type checkers find misspelt ones.
 

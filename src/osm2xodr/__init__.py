@@ -35,7 +35,8 @@ if TYPE_CHECKING:
         Osm2xodrError as Osm2xodrError,
         OutputError as OutputError,
     )
-    from osm2xodr.library import (
+    from osm2xodr.opendrive import Locator as Locator
+    from osm2xodr.python_api import (
         AreaKeywords as AreaKeywords,
         Conversion as Conversion,
         ConvertKeywords as ConvertKeywords,
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
         render as render,
         report as report,
     )
-    from osm2xodr.opendrive import Locator as Locator
     from osm2xodr.reporting import Written as Written
     from osm2xodr.starting import Started as Started, start as start
     from osm2xodr.xodrWriter import WriteOptions as WriteOptions
@@ -71,7 +71,7 @@ _EXPORTS = {
     "cli": ("batch",),
     "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
     "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
-    "library": (
+    "python_api": (
         "AreaKeywords",
         "ConvertKeywords",
         "Conversion",

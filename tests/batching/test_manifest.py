@@ -12,7 +12,7 @@ from osm2xodr.batching.model import Area, for_batches
 from osm2xodr.cli.batch_options import area_options, check_area_options, parse_options
 from osm2xodr.cli.convert import convert
 from osm2xodr.errors import InputError
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 
 BOX = ((1.5, 42.5), (1.6, 42.5), (1.6, 42.7), (1.5, 42.7))
 

@@ -12,7 +12,7 @@ from xodr_text import document, road
 
 from osm2xodr.cli import main
 from osm2xodr.exporting.geojson import LAYERS
-from osm2xodr.library import EXPORT_LAYERS
+from osm2xodr.python_api import EXPORT_LAYERS
 
 
 @pytest.fixture

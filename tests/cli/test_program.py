@@ -22,7 +22,7 @@ from small_area import OSM, write_area, write_dem
 import osm2xodr
 from osm2xodr.cli import main
 from osm2xodr.conventions import Group
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 from osm2xodr.reporting import conversion
 
 

@@ -11,7 +11,7 @@ from floor_cases import connecting
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.pavement import Floor, lay_floor
+from osm2xodr.geometry.junction_floor import Floor, lay_floor
 from osm2xodr.geometry.road_plan import RoadPlan, lay_out_sides, plan_roads
 from osm2xodr.geometry.roads import floor_without, lay_out_floor
 from osm2xodr.model import BoolArray, LaneType, Rule, StreetNetwork

@@ -8,7 +8,7 @@ from pathlib import Path
 from raised_codes import raised_codes
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.library import read_corrections
+from osm2xodr.python_api import read_corrections
 from osm2xodr.reporting import codes
 
 ROOT = Path(__file__).parents[2]

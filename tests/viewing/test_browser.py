@@ -17,10 +17,10 @@ from viewed_file import HOSTILE, viewed_file, write_ways
 
 from osm2xodr.cli import main
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.library import read_corrections
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive.space import elevation, surface_points
 from osm2xodr.opendrive.tables import OpenDrive
+from osm2xodr.python_api import read_corrections
 from osm2xodr.viewing import ReportOptions, write_report
 
 

@@ -26,9 +26,9 @@ HEAVY = {
 # Chains of the standard library that nothing of a conversion needs, unless these libraries do.
 NEEDLESS = {"importlib.metadata", "email", "http", "ssl", "uuid", "xml.sax", "unittest", "asyncio", "pydoc"}
 # What this conversion was not asked for: copies of the process, cropping, a page, a list of mistakes in OSM.
-UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.library.files", "osm2xodr.reporting.osm_issues"}
+UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.python_api.files", "osm2xodr.reporting.osm_issues"}
 OTHER_WINGS = tuple(
-    f"osm2xodr.{wing}" for wing in ("batching", "checking", "exporting", "fetching", "parts", "viewing")
+    f"osm2xodr.{wing}" for wing in ("batching", "checking", "exporting", "fetching", "crop_and_merge", "viewing")
 )
 LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg, scipy.spatial, scipy.fft, scipy.ndimage"
 

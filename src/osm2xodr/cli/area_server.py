@@ -53,9 +53,9 @@ _ANSWER: Final = ("status", "memory", "message", "laid_out")
 
 _PRELOADED: Final = (
     "osm2xodr.cli.convert",
-    "osm2xodr.library.converting",
-    "osm2xodr.library.corrections",
-    "osm2xodr.library.maps",
+    "osm2xodr.python_api.converting",
+    "osm2xodr.python_api.corrections",
+    "osm2xodr.python_api.maps",
     "osm2xodr.batching.shared_frame",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",

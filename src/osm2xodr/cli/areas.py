@@ -14,14 +14,14 @@ import click
 from osm2xodr.cli.batch_options import BatchArguments, plan, refuse_contradictions
 from osm2xodr.cli.batches import run
 from osm2xodr.errors import OptionError
-from osm2xodr.library import ConvertOptions
+from osm2xodr.python_api import ConvertOptions
 from osm2xodr.system import parse_duration, parse_memory
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from osm2xodr.batching import Result
-    from osm2xodr.library import AreaKeywords
+    from osm2xodr.python_api import AreaKeywords
 
     _Path = str | os.PathLike[str]
 

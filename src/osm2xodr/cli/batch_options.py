@@ -15,7 +15,7 @@ from click.core import ParameterSource
 from osm2xodr.cli.convert import convert
 from osm2xodr.cli.options import PATH, Parsed, given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 from osm2xodr.system import parse_duration, parse_memory
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def check_area_options(words: tuple[str, ...], has_dem: bool) -> tuple[str, ...]
 
 def _try(params: dict[str, Any], has_dem: bool) -> None:
     """Refuse options that conversions would refuse."""
-    from osm2xodr.library import pipeline_options
+    from osm2xodr.python_api import pipeline_options
 
     try:
         with usage_errors():

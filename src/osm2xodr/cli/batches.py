@@ -92,8 +92,8 @@ def run(
     """
     from osm2xodr.batching import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
     from osm2xodr.cli import area_server
-    from osm2xodr.library import read_corrections
     from osm2xodr.model import Corrections
+    from osm2xodr.python_api import read_corrections
     from osm2xodr.system import available_jobs
 
     diagnostics = Diagnostics()

@@ -113,7 +113,7 @@ def check(
     inputs = files if how["schema"] is None else (*files, how["schema"])
     check_targets([("-o", output)], inputs, overwrite=overwrite)
     from osm2xodr.checking import FORMATS as WRITERS, Severity
-    from osm2xodr.library import check as run
+    from osm2xodr.python_api import check as run
 
     wanted = [word for word in readers.split(",") if word.strip() != STANDARD_ONLY]
     results = []

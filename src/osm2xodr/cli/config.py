@@ -16,7 +16,7 @@ from click.core import ParameterSource
 from osm2xodr.cli.options import PATH
 from osm2xodr.conventions import Declaration
 from osm2xodr.errors import InputError, OutputError
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 from osm2xodr.system import label, parse_json
 
 if TYPE_CHECKING:

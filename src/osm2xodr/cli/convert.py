@@ -31,14 +31,14 @@ from osm2xodr.cli.options import (
 from osm2xodr.conventions import TARGETS, Group, programmes_file
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 from osm2xodr.reporting import Style, details, kinds_of_findings, summary
 from osm2xodr.surface import expand
 from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
 
 if TYPE_CHECKING:
-    from osm2xodr.library import AreaMap, ConvertOptions
     from osm2xodr.pipeline import Layouts
+    from osm2xodr.python_api import AreaMap, ConvertOptions
     from osm2xodr.reporting import Conversion, Line, Written
     from osm2xodr.viewing import ReportOptions
 
@@ -186,7 +186,7 @@ def convert(
     progress = Progress(sys.stderr, quiet=quiet, verbose=verbose > 0, plan=_plan(asked, options))
     with shown(progress):
         stage("starting")
-        from osm2xodr.library import area_map
+        from osm2xodr.python_api import area_map
 
         with area_map(area, options, stage) as found:
             return _convert(asked, options, found, progress, began, session.layouts)
@@ -242,7 +242,7 @@ def _convert(
     # The data of the stages has no reference cycles; the search for some takes up to a fifth of the time.
     gc.disable()
     try:
-        from osm2xodr.library import clipping, convert as run
+        from osm2xodr.python_api import clipping, convert as run
 
         try:
             conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage, layouts=layouts)

@@ -22,7 +22,7 @@ from osm2xodr.cli.options import (
     quiet_option,
 )
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.library import (
+from osm2xodr.python_api import (
     EXPORT_FORMATS,
     EXPORT_LAYERS,
     EXPORT_PROJECTORS,
@@ -136,8 +136,8 @@ def export(file: Path, output: Path | None, scene: Path | None, overwrite: bool,
 @contextlib.contextmanager
 def _part(file: Path, bbox: str | None, notes: list[str]) -> Iterator[OpenDrive]:
     """Read a file, or a part of it; what was cut off is said."""
-    from osm2xodr.library import crop
     from osm2xodr.opendrive import caveats, read_xodr
+    from osm2xodr.python_api import crop
 
     if bbox is None:
         network = read_xodr(file)
@@ -155,7 +155,7 @@ def _file(file: Path, bbox: str | None, output: Path, overwrite: bool, how: dict
     targets = [("-o", output), *([("the file of materials", library)] if library else [])]
     targets += [("the file of the projector", info)] if info else []
     check_targets(targets, [file], overwrite=overwrite)
-    from osm2xodr.library import export as run
+    from osm2xodr.python_api import export as run
 
     notes: list[str] = []
     with _part(file, bbox, notes) as network:
@@ -171,7 +171,7 @@ def _scene(file: Path, bbox: str | None, scene: Path, overwrite: bool, how: dict
     if scene.is_dir() and any(scene.iterdir()) and not overwrite:
         raise click.UsageError(f"{scene} exists; give another folder, or --overwrite to replace it")
     how["dem"] = expand(how["dem"])
-    from osm2xodr.library import export_scene
+    from osm2xodr.python_api import export_scene
 
     notes: list[str] = []
     how["carla"] = how["carla"] or ""

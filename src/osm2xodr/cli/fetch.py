@@ -138,7 +138,7 @@ def fetch(**options: Any) -> None:
     quiet = options.pop("quiet")
     del options["list_models"]
     progress = _Progress(quiet=quiet)
-    from osm2xodr.library import fetch as run
+    from osm2xodr.python_api import fetch as run
 
     try:
         area = run(**options, say=progress.note, progress=progress.show)

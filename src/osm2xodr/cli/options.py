@@ -15,7 +15,7 @@ import click
 
 from osm2xodr.conventions import Declaration
 from osm2xodr.errors import OptionError
-from osm2xodr.library import DECLARATIONS, ConvertOptions
+from osm2xodr.python_api import DECLARATIONS, ConvertOptions
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 if TYPE_CHECKING:

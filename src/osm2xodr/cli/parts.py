@@ -44,7 +44,7 @@ def crop(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> 
     """Cut a part out of FILE, a road network in OpenDRIVE. Give one of --bbox, --polygon and --roads."""
     inputs = [file, *([how["polygon"]] if how["polygon"] else [])]
     check_targets([("-o", output)], inputs, overwrite=overwrite)
-    from osm2xodr.library import crop as run
+    from osm2xodr.python_api import crop as run
 
     lines: list[str] = []
     written = run(file, output, say=lines.append, **how)
@@ -71,7 +71,7 @@ Exit status: 0 written, 1 cannot merge, 2 wrong usage, 130 interrupted.""",
 def merge(files: tuple[Path, ...], output: Path, overwrite: bool, quiet: bool) -> None:
     """Join FILES, road networks in OpenDRIVE of one frame, where ends of their roads meet."""
     check_targets([("-o", output)], files, overwrite=overwrite)
-    from osm2xodr.library import merge as run
+    from osm2xodr.python_api import merge as run
 
     lines: list[str] = []
     written = run(files, output, say=lines.append)

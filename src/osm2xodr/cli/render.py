@@ -17,7 +17,7 @@ from osm2xodr.cli.options import (
     overwrite_option,
     quiet_option,
 )
-from osm2xodr.library import PICTURE_FORMATS, RENDER_WIDTH_LEAST
+from osm2xodr.python_api import PICTURE_FORMATS, RENDER_WIDTH_LEAST
 from osm2xodr.system import Progress, label, shown
 from osm2xodr.viewing import PICTURE_COLOURS
 
@@ -63,7 +63,7 @@ Exit status: 0 written, 1 cannot draw, 2 wrong usage, 130 interrupted.""",
 def render(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> None:
     """Draw FILE, a road network in OpenDRIVE, from above, with a legend and a scale."""
     check_targets([("-o", output)], [file], overwrite=overwrite)
-    from osm2xodr.library import render as run
+    from osm2xodr.python_api import render as run
 
     with shown(Progress(sys.stderr, quiet=quiet, plan=_PLAN)):
         written = run(file, output, **how)

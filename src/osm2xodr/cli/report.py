@@ -68,7 +68,7 @@ def report(file: Path, output: Path, no_check: bool, overwrite: bool, quiet: boo
     how["dem"] = expand(how["dem"])
     inputs = [file, *how["dem"], *(path for path in (how["osm"], how["report_json"]) if path is not None)]
     check_targets([("-o", output)], inputs, overwrite=overwrite)
-    from osm2xodr.library import report as run
+    from osm2xodr.python_api import report as run
 
     plan = [item for item in _PLAN if not (no_check and item[0].startswith("checking"))]
     with shown(Progress(sys.stderr, quiet=quiet, plan=plan)):

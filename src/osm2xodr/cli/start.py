@@ -21,7 +21,7 @@ from osm2xodr.cli.options import (
     overwrite_option,
     quiet_option,
 )
-from osm2xodr.library import DECLARATIONS
+from osm2xodr.python_api import DECLARATIONS
 from osm2xodr.starting import NOT_CHOSEN, SIMULATORS
 from osm2xodr.surface import expand
 from osm2xodr.system import Progress, shown, stage

@@ -46,7 +46,7 @@ from osm2xodr.geometry.heights import (
     only_curves,
     spread_curves,
 )
-from osm2xodr.geometry.pavement import Floor
+from osm2xodr.geometry.junction_floor import Floor
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
 
 # The lanes of a junction that keeps its crossfall turn by this at most, rad, and lie askew to their reference lines

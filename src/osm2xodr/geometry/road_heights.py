@@ -26,8 +26,8 @@ from osm2xodr.geometry.heights import (
     end_state,
 )
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
-from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
+from osm2xodr.geometry.roadside import inner_width
 from osm2xodr.model import (
     BoolArray,
     FloatArray,

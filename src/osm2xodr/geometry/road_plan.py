@@ -23,10 +23,12 @@ from osm2xodr.geometry.connections import (
     draw_turns_back,
     even_widths,
     find_lane_links,
+    keep_lanes_in_line,
     linked_without,
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
+    set_back_stems,
     swing_out,
     trims_off_ways,
     turns_on_the_spot,
@@ -48,18 +50,6 @@ from osm2xodr.geometry.junctions import (
     with_movements_against_cars,
     without_idle_junctions,
 )
-from osm2xodr.geometry.margins import (
-    Margins,
-    SidewalkEnds,
-    ends_of_tracks,
-    find_margins,
-    find_sidewalk_ends,
-    lay_out_corners,
-    margins_with_room,
-    round_off,
-    with_cycle_tracks,
-)
-from osm2xodr.geometry.merge_setbacks import set_back_stems
 from osm2xodr.geometry.options import RoadOptions
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
@@ -86,7 +76,17 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
-from osm2xodr.geometry.through_lanes import keep_lanes_in_line
+from osm2xodr.geometry.roadside import (
+    Margins,
+    SidewalkEnds,
+    ends_of_tracks,
+    find_margins,
+    find_sidewalk_ends,
+    lay_out_corners,
+    margins_with_room,
+    round_off,
+    with_cycle_tracks,
+)
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, StreetNetwork
 from osm2xodr.system import Task
 

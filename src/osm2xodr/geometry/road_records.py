@@ -15,10 +15,10 @@ from osm2xodr.curves import lengths, owners, smooth_cubic, sorted_unique, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.defaults import SHORTEST_NAME
+from osm2xodr.geometry.junction_floor import Floor
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
-from osm2xodr.geometry.margins import SidewalkEnds, has_width, inner_width
-from osm2xodr.geometry.pavement import Floor
+from osm2xodr.geometry.roadside import SidewalkEnds, has_width, inner_width
 from osm2xodr.model import (
     VEHICLE_LANES,
     Access,

@@ -14,10 +14,8 @@ import numpy as np
 from osm2xodr.conventions import find_country
 from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles, unique_first
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
-from osm2xodr.geometry.connecting_marks import Marks, connecting_marks
-from osm2xodr.geometry.connections import ConnectingRoads, Priorities, find_priorities
+from osm2xodr.geometry.connections import ConnectingRoads, Marks, Priorities, connecting_marks, find_priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, find_crossfall_lines, floor_on, on_crossfall_lines
 from osm2xodr.geometry.heights import (
     Ground,
@@ -27,11 +25,10 @@ from osm2xodr.geometry.heights import (
     sloping_junctions,
     solve_profiles,
 )
+from osm2xodr.geometry.junction_floor import Faces, Floor, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.junctions import JunctionLayout, head_on_ends, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
-from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.options import ElevationOptions, RoadOptions
-from osm2xodr.geometry.pavement import Faces, Floor, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.plan_report import report_blunt_sidewalks, report_missing_corners
 from osm2xodr.geometry.road_heights import (
     build_connector_problem,
@@ -49,6 +46,8 @@ from osm2xodr.geometry.road_records import (
     road_records,
     with_floor,
 )
+from osm2xodr.geometry.roadside import add_margins, with_lanes_of_sections
+from osm2xodr.geometry.tile_edges import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, release_memory
 

@@ -1,6 +1,6 @@
 """Folders that simulators run: a road network with traffic, a scenario or a script, and the command that starts it.
 
-Made of the conversion and the exports of `osm2xodr.library`; a module for each simulator adds what that needs.
+Made of the conversion and the exports of `osm2xodr.python_api`; a module for each simulator adds what that needs.
 """
 
 from __future__ import annotations

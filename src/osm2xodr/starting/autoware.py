@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from osm2xodr.library import export
+from osm2xodr.python_api import export
 from osm2xodr.starting.request import FOLDER, Made, Request
 
 _MAP: Final = "lanelet2_map.osm"

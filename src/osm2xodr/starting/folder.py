@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from osm2xodr import __version__
 from osm2xodr.errors import OptionError
-from osm2xodr.library import ConvertOptions, area_map, changed_options, clipping, convert
+from osm2xodr.python_api import ConvertOptions, area_map, changed_options, clipping, convert
 from osm2xodr.starting import autoware, carla, esmini, sumo
 from osm2xodr.starting.request import FOLDER, XODR, Made, Request
 from osm2xodr.starting.simulators import NOT_CHOSEN, SIMULATORS, TARGET_OF
@@ -26,7 +26,7 @@ from osm2xodr.system import FILES_KEY, STANDARD_OUTPUT, atomic_folder, check_fol
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from osm2xodr.library import ConvertKeywords
+    from osm2xodr.python_api import ConvertKeywords
     from osm2xodr.reporting import Conversion, Written
 
 # The file by which such a folder is known, with the names of all others.

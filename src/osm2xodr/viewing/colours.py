@@ -16,8 +16,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from osm2xodr.furniture_shapes import colours_by_name
 from osm2xodr.model import FloatArray
-from osm2xodr.shapes import colours_by_name
 
 Colour = str
 Pixels = npt.NDArray[np.uint8]

@@ -11,7 +11,7 @@ from xodr_text import PROJECTION, document, read_text, road
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.lanelet2.projector import PROJECTORS, grid_references, place, projector_info
-from osm2xodr.library import EXPORT_PROJECTORS
+from osm2xodr.python_api import EXPORT_PROJECTORS
 
 NOWHERE = '<header revMajor="1" revMinor="7"/>'
 POINTS = np.array([[0.0, 0.0, 5.0], [100.0, 50.0, 6.0]])

@@ -21,9 +21,9 @@ from osm2xodr.exporting.scene.folder import carla_names, tiles_info, without_gap
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
-from osm2xodr.library import export_scene, read
 from osm2xodr.model import FloatArray, Surroundings, Water
 from osm2xodr.opendrive import Header, frame_of
+from osm2xodr.python_api import export_scene, read
 
 BRIDGE = '<objects><bridge id="b" s="20" length="60" type="concrete"/></objects>'
 TUNNEL = '<objects><tunnel id="t" s="20" length="60" type="standard" lighting="1" daylight="0"/></objects>'

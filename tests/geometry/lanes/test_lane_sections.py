@@ -20,7 +20,7 @@ from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
 from osm2xodr.geometry.lanes.tapers import sharp_joints, taper_zones
-from osm2xodr.geometry.margins.strip_columns import tapered
+from osm2xodr.geometry.roadside.strip_columns import tapered
 from osm2xodr.model import Cubic, Direction, LaneConnectivity, PlanView, RoadMap, Rule, StreetAttributes
 
 

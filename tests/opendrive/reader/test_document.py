@@ -17,12 +17,12 @@ from sample_road_maps import crossing, furnished_crossing
 from xodr_text import HEADER, LINE, TWO_LANES, cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.conventions import TARGETS
+from osm2xodr.crop_and_merge.document import read_tree
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import Rule
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import ABSENT, End, LinkKind, OpenDrive, Shape
-from osm2xodr.parts.document import read_tree
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 

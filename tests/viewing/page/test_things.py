@@ -9,9 +9,9 @@ import pytest
 from sample_road_maps import furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture_shapes import Area, Disc, forms_of, in_layers, placed_objects
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import OpenDrive
-from osm2xodr.shapes import Area, Disc, forms_of, in_layers, placed_objects
 from osm2xodr.viewing.page.things import objects_of, signal_info
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 

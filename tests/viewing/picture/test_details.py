@@ -12,9 +12,9 @@ from sample_road_maps import furnished_crossing
 from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture_shapes import forms, placed_objects
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import OpenDrive
-from osm2xodr.shapes import forms, placed_objects
 from osm2xodr.viewing import PictureOptions
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.picture.contents import Picture, make_picture

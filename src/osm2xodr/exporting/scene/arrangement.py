@@ -13,8 +13,8 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
+from osm2xodr.furniture_shapes import LEVEL_APART
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.shapes import LEVEL_APART
 
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015

@@ -10,9 +10,9 @@ import numpy as np
 from osm2xodr.exporting.scene.materials import MARKING
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
 from osm2xodr.exporting.scene.model import Part
+from osm2xodr.furniture_shapes import DASH, DASH_GAP, DRAWN_MARK_WIDTH, mark_pattern
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, sample_roads
-from osm2xodr.shapes import DASH, DASH_GAP, DRAWN_MARK_WIDTH, mark_pattern
 
 # Height of paint above the surface, m: enough for depth buffers from afar, too little to be seen from the side.
 PAINT: Final = 0.015

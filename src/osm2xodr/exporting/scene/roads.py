@@ -33,9 +33,9 @@ from osm2xodr.exporting.scene.arrangement import (
 )
 from osm2xodr.exporting.scene.lane_faces import LaneFaces, lane_faces
 from osm2xodr.exporting.scene.model import GRID, Level, Rim, RoadSurface
+from osm2xodr.furniture_shapes import LEVEL_APART, rank_of
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
-from osm2xodr.shapes import LEVEL_APART, rank_of
 
 # Roads lie on each other where they share more than this, m²: less comes of rounding and of chords side by side.
 _LEAST_OVERLAP: Final = 1e-4

@@ -13,8 +13,7 @@ from osm2xodr.exporting.scene.marks import PAINT
 from osm2xodr.exporting.scene.materials import CROSSWALK, MARKING
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
 from osm2xodr.exporting.scene.model import Part
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.shapes import (
+from osm2xodr.furniture_shapes import (
     SYMBOL,
     WHITE,
     Disc,
@@ -30,6 +29,7 @@ from osm2xodr.shapes import (
     placed_signals,
     type_of,
 )
+from osm2xodr.opendrive import OpenDrive
 
 # Heights of bodies whose file states none, m: those of the report's 3D view.
 _HEIGHTS: Final = MappingProxyType(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.connections.arm_setbacks import Turns, set_back_arms
+from osm2xodr.geometry.connections.arm_setbacks import Turns, set_back_arms, set_back_stems
 from osm2xodr.geometry.connections.connecting_roads import (
     BESIDE_CARS,
     ConnectingRoads,
@@ -13,6 +13,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
     redraw_connecting_roads,
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
+from osm2xodr.geometry.connections.marks import Marks, connecting_marks
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.needless_turns import linked_without, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, trims_off_ways
@@ -27,6 +28,7 @@ from osm2xodr.geometry.connections.pose_to_pose import (
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.through_lanes import keep_lanes_in_line
 from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "ConnectingRoads",
     "InnerLane",
     "LaneLinks",
+    "Marks",
     "Poses",
     "Priorities",
     "Turns",
@@ -43,6 +46,7 @@ __all__ = [
     "change_in_parts",
     "clear_arms_at_last",
     "connect",
+    "connecting_marks",
     "curves_apart",
     "detours",
     "draw_in_parts",
@@ -50,11 +54,13 @@ __all__ = [
     "even_widths",
     "find_lane_links",
     "find_priorities",
+    "keep_lanes_in_line",
     "legs_through",
     "linked_without",
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",
+    "set_back_stems",
     "swing_out",
     "tangents",
     "trims_off_ways",

@@ -32,7 +32,7 @@ from osm2xodr.curves import (
     unique_inverse,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
-from osm2xodr.geometry.connections.corner_paths import follow_corners
+from osm2xodr.geometry.connections.corner_paths import follow_corners, half_carriageways
 from osm2xodr.geometry.connections.defaults import (
     LEAST_REDRAWN_RADIUS,
     LONGEST_REDRAWN,
@@ -47,7 +47,6 @@ from osm2xodr.geometry.connections.street_paths import (
     follow_streets,
     hardly_turn,
 )
-from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 

@@ -23,12 +23,12 @@ from osm2xodr.curves import (
     wrapped,
 )
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
+from osm2xodr.geometry.connections.corner_paths import turning_radii
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
-from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import (

@@ -28,8 +28,8 @@ from osm2xodr.curves import (
     unique_inverse,
 )
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.corner_paths import half_carriageways
 from osm2xodr.geometry.connections.pose_to_pose import detours
-from osm2xodr.geometry.connections.turning_radii import half_carriageways
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
 from osm2xodr.geometry.plan_view import StreetEnds

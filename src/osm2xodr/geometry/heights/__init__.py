@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.ground import Ground
+from osm2xodr.geometry.heights.inside_junctions import connector_profiles, end_state
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     KnownHeights,

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
+from osm2xodr.furniture_shapes import Structures, mark_pattern, structures_of
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
-from osm2xodr.shapes import Structures, mark_pattern, structures_of
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.credits import credits_of
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.shapes import (
+from osm2xodr.furniture_shapes import (
     DASH,
     DASH_GAP,
     DRAWN_MARK_WIDTH,
@@ -28,6 +27,7 @@ from osm2xodr.shapes import (
     placed_signals,
     type_of,
 )
+from osm2xodr.opendrive import OpenDrive
 from osm2xodr.viewing.page.packing import Packed, quantised, rounded
 
 _CENTIMETRE = 0.01

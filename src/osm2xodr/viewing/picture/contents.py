@@ -15,9 +15,9 @@ import numpy as np
 
 from osm2xodr.curves import owners, unique_inverse, wrapped
 from osm2xodr.errors import InputError
+from osm2xodr.furniture_shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM, PlacedObject, PlacedSignal, rank_of
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
-from osm2xodr.shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM, PlacedObject, PlacedSignal, rank_of
 from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.model import FloatArray
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.shapes import (
+from osm2xodr.furniture_shapes import (
     DASH,
     DASH_GAP,
     DRAWN_MARK_WIDTH,
@@ -31,6 +29,8 @@ from osm2xodr.shapes import (
     placed_objects,
     placed_signals,
 )
+from osm2xodr.model import FloatArray
+from osm2xodr.opendrive import OpenDrive
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 
 _Pixels = Callable[[float, float], tuple[float, float]]

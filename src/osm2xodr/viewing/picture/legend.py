@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.shapes import DECAL_COLOUR
+from osm2xodr.furniture_shapes import DECAL_COLOUR
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.modes import Categories
 from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture

@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import blocks, overlap_depths, overlapping_pairs
+from osm2xodr.furniture_shapes import LEVEL_APART
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.shapes import LEVEL_APART
 from osm2xodr.viewing.scene import Scene
 
 # Parts reach into each other by this at least, m: more than chords of bends that lie side by side.

@@ -1,0 +1,13 @@
+"""Parts of road networks: cut out of files of any writer, and joined again.
+
+Documents are edited as trees, so that what OpenDRIVE does not know stays where it is.
+"""
+
+from __future__ import annotations
+
+from osm2xodr.crop_and_merge.choice import Choice, Stretch, choose_inside, choose_roads
+from osm2xodr.crop_and_merge.cropping import crop_network
+from osm2xodr.crop_and_merge.document import write_tree
+from osm2xodr.crop_and_merge.merging import merge_networks
+
+__all__ = ["Choice", "Stretch", "choose_inside", "choose_roads", "crop_network", "merge_networks", "write_tree"]

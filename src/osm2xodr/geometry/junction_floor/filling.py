@@ -1,0 +1,351 @@
+"""Which edges of lanes the strips begin at that close the gaps of junctions, and how wide they are.
+
+Near the ends of connecting roads they end with the lanes of their arms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Set as AbstractSet
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import Table, join_tables, unique_all, unique_first, unique_inverse
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junction_floor import defaults
+from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
+from osm2xodr.geometry.junction_floor.faces import Faces
+from osm2xodr.geometry.junction_floor.gaps import FACE, POINTS_PER_CELL, Grids, find_gaps
+from osm2xodr.geometry.junction_floor.islands import Hole, find_holes
+from osm2xodr.geometry.junction_floor.loops import Loops, fill_loops
+from osm2xodr.geometry.junction_floor.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
+from osm2xodr.geometry.junction_floor.widths import width_records
+from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
+
+# So often gaps are looked for, and each gets at most so many strips.
+_PASSES: Final = 2
+_MOST_STRIPS: Final = 4
+# Gaps are looked for again beside strips of more area in a junction, m².
+_LARGE_STRIPS: Final = 0.5
+# So many cross sections at once a strip goes on where its gap becomes narrower than this, m: cells do not show the
+# gap's tip, nor a narrow slit.
+_GOES_ON: Final = 11
+_NARROW: Final = 1.5
+# Where a strip becomes narrower by more than this at once, m, it does so this much later, m, two cross sections on a
+# line: cells do not show how far a lane beside it is.
+_STEP: Final = 0.3
+_LATER: Final = 2.0 * POINTS_PER_CELL * defaults.GAP_CELL
+# About so many cross sections are looked at together, those of whole junctions: few enough for a processor's cache.
+_AT_ONCE: Final = 100_000
+# Strips may reach so far beyond the outermost lanes of an arm where these end, m, and farther by as much as they are
+# away from there. A choice: boundaries of junctions close over no more than 0.3 m.
+_OPEN_AT_END: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Floor:
+    """Strips of pavement beside the lanes of connecting roads, by index of the road: their widths along it."""
+
+    left: dict[int, tuple[Cubic, ...]]
+    right: dict[int, tuple[Cubic, ...]]
+    # Roads whose strips are part of the carriageway, more of them than of islands
+    paved_left: frozenset[int] = frozenset()
+    paved_right: frozenset[int] = frozenset()
+    islands: tuple[Hole, ...] = ()  # What lanes for cars go round and is no pavement
+
+    def renumbered(self, number: IntArray) -> Floor:
+        """Return that of the roads that have a number, (roads,), under it; the others have -1."""
+        new = number.tolist()
+        left, right = ({new[k]: item for k, item in side.items() if new[k] >= 0} for side in (self.left, self.right))
+        paved_left, paved_right = (
+            frozenset(new[k] for k in side if new[k] >= 0) for side in (self.paved_left, self.paved_right)
+        )
+        islands = tuple(replace(hole, road=new[hole.road]) for hole in self.islands if new[hole.road] >= 0)
+        return Floor(left, right, paved_left, paved_right, islands)
+
+    def joined(self, other: Floor, junction: IntArray) -> Floor:
+        """Return both, that of other junctions with it; `junction` (roads,) is that of each road of either."""
+        left, right = ({**one, **two} for one, two in ((self.left, other.left), (self.right, other.right)))
+        islands = sorted((*self.islands, *other.islands), key=lambda hole: int(junction[hole.road]))
+        paved = self.paved_left | other.paved_left, self.paved_right | other.paved_right
+        return Floor(left, right, *paved, tuple(islands))
+
+
+def lay_floor(
+    roads: ConnectingRoads,
+    rule: Rule,
+    faces: Faces | None = None,
+    unpaved: AbstractSet[int] = frozenset(),
+    is_island: Callable[[Hole], bool] = lambda hole: False,
+) -> Floor:
+    """Return the strips beside connecting roads that close the gaps which these, and the ends of roads, enclose.
+
+    `unpaved` are the junctions whose loops go round something else than pavement; `is_island` says which places of
+    some size that lanes for cars alone go round are not paved.
+    """
+    if not len(roads.length):
+        return Floor({}, {})
+    edges = LaneEdges.of(roads, rule)
+    known, junction = unique_inverse(roads.junction)
+    faces = (faces or Faces.none()).within(known)
+    cars = roads.for_vehicles()
+    loops = Loops.of(roads, cars, unpaved)
+    parts = [
+        _laid(rows, junction[rows], roads, cars, edges, faces, loops, is_island) for rows in _batches(roads, junction)
+    ]
+    found = [sections for sections, *_ in parts]
+    road, s, spacing = (np.concatenate([getattr(item, k) for item in found]) for k in ("road", "s", "spacing"))
+    order = np.argsort(road, kind="stable")
+    road, s, spacing = road[order], s[order], spacing[order]
+    widths = np.hstack([width for _, width, *_ in parts])[:, order]
+    paved = np.hstack([item for *_, item, _ in parts])[:, order]
+    left, right = (_records(road, s, spacing, each) for each in widths)
+    paved_left, paved_right = (_mostly_paved(road, spacing, widths[k], paved[k]) for k in (0, 1))
+    return Floor(left, right, paved_left, paved_right, tuple(hole for *_, islands in parts for hole in islands))
+
+
+def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
+    """Return the indices of roads in ascending order, some whole junctions in each batch."""
+    size = np.bincount(junction, roads.length / (POINTS_PER_CELL * defaults.GAP_CELL) + 2)
+    batch = ((np.cumsum(size) - size) // _AT_ONCE).astype(np.int64)[junction]
+    order = np.argsort(batch, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(batch[order])) + 1)
+
+
+def _laid(
+    rows: IntArray,
+    junction_of: IntArray,
+    roads: ConnectingRoads,
+    cars: BoolArray,
+    edges: LaneEdges,
+    faces: Faces,
+    loops: Loops,
+    is_island: Callable[[Hole], bool],
+) -> tuple[CrossSections, FloatArray, BoolArray, list[Hole]]:
+    """Return the cross sections of roads with strips, how wide these are and which are paved, (2, n), m, and islands.
+
+    `rows` are the roads of some whole junctions, and `junction_of` is theirs; `cars` (roads,) are for motor vehicles.
+    """
+    sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
+    in_loops, loops_paved = fill_loops(sections, loops)
+    sections = sections.widened(in_loops, loops_paved)
+    known, number = unique_inverse(junction_of)
+    faces = faces.within(known)
+    junction = number[np.searchsorted(rows, sections.road)]
+    grids = find_gaps(sections, junction, faces)
+    islands = [(hole, gap) for hole, gap in find_holes(grids, cars) if is_island(hole)]
+    grids = grids.without_pavement(np.array([gap for _, gap in islands], np.int64))
+    width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
+    # These are whole, whatever cells show where their cross sections are far from each other.
+    fixed = in_loops > 0.0
+    width, paved = np.where(fixed, in_loops, width), np.where(fixed, loops_paved, paved)
+    for _ in range(_PASSES - 1):
+        # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
+        again = np.flatnonzero(with_gap[junction])
+        if not len(again):
+            break
+        here = sections.chosen(again).widened(width[:, again], paved[:, again])
+        junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
+        found = find_gaps(here, renumbered, faces.within(junctions))
+        more, of_these, left = _strips(found, here, renumbered, roads, edges)
+        more[fixed[:, again]] = 0.0
+        paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
+        width[:, again] += more
+        with_gap[junctions] = left
+    # What is open to the side where the lanes of an arm end stays so.
+    width = np.where(fixed, width, np.minimum(width, room_before_ends(sections, rows, roads, edges, faces)))
+    used = _of_roads_with_strips(width, sections)
+    return sections.chosen(used), width[:, used], paved[:, used], [hole for hole, _ in islands]
+
+
+def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
+    """Return the indices of the cross sections of all roads beside which there is any strip, (m,)."""
+    with_strip = np.zeros(int(sections.road.max()) + 1, bool)
+    with_strip[sections.road[width.any(axis=0)]] = True
+    return np.flatnonzero(with_strip[sections.road])
+
+
+def _strips(
+    grids: Grids, sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
+) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Return the widths of strips, left and right (2, n), m, which are paved, and which junctions have large ones."""
+    width, paved = np.zeros((2, len(sections.s))), np.ones((2, len(sections.s)), bool)
+    if not grids.gap.any():
+        return width, paved, np.zeros(len(grids.wide), bool)
+    rays = cast_rays(grids, sections, junction)
+    for _ in range(_MOST_STRIPS):
+        end = rays.ends(grids)
+        best = _largest(rays, end, sections)
+        if not best.any():
+            break
+        strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
+        for part in (strip, _continued(strip, sections, roads, edges)):
+            np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
+            paved[part.row[~part.paved], part.section[~part.paved]] = False
+        _close(rays.chosen(best), end[best], grids)
+        rays = rays.chosen(~best & (end > rays.first))
+    area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
+    rows = _of_roads_with_strips(width, sections)
+    width[:, rows] = _with_late_steps(width[:, rows], sections.chosen(rows))
+    return width, paved, area >= _LARGE_STRIPS
+
+
+def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
+    """Return widths (2, n), m, of strips that go on at full width where they would step down, but fold in no bend."""
+    out, road, s = width.copy(), sections.road, sections.s
+    for far in range(1, int(_LATER / float(sections.spacing.min(initial=_LATER))) + 1):
+        for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
+            steps = (road[here] == road[there]) & (np.abs(s[there] - s[here]) <= _LATER)
+            steps = steps & (width[:, there] > width[:, here] + _STEP)
+            out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
+    room = np.array([room_inside(sections, side, np.arange(len(road))) for side in (1, -1)])
+    return np.asarray(np.minimum(out, np.maximum(room, 0.0)))
+
+
+def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
+    """Say which rays belong to the edge from which their gap is seen best, (n,); none where too little is seen.
+
+    Of edges that see as much, the longest one is best: rays from there end at the gap's tips, not before them.
+    """
+    k = rays.section
+    middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
+    size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
+    key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
+    kinds, first, kind, _ = unique_all(key)
+    total = np.bincount(kind, size, len(kinds))
+    length = np.bincount(kind, sections.spacing[k], len(kinds))
+    order = np.lexsort((kinds, -(total**2) * length, rays.gap[first]))
+    largest = order[unique_first(rays.gap[first][order])[1]]
+    good = np.zeros(len(kinds), bool)
+    good[largest] = total[largest] >= defaults.GAP_LEAST_AREA
+    return np.asarray(good[kind])
+
+
+def _close(rays: Rays, end: IntArray, grids: Grids) -> None:
+    """Mark the cells on rays within their gaps as covered, by no lane."""
+    steps = np.arange(rays.cells.shape[1])
+    cells = rays.cells[(steps >= rays.first[:, None]) & (steps < end[:, None])]
+    grids.gap[cells] = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Strips(Table):
+    """Widths of strips at cross sections."""
+
+    section: IntArray  # (n,) Index of the cross section
+    side: IntArray  # (n,) Left 1, right -1
+    other: IntArray  # (n,) The connecting road at whose lanes the strip ends there; -1 for none
+    paved: BoolArray  # (n,) Whether it is part of the carriageway
+    reach: FloatArray  # (n,) Its width, m
+
+    @classmethod
+    def along(
+        cls,
+        rays: Rays,
+        end: IntArray,
+        grids: Grids,
+        sections: CrossSections,
+        roads: ConnectingRoads,
+        edges: LaneEdges,
+    ) -> _Strips:
+        """Return strips along rays as far as the lanes behind the gap."""
+        other = rays.roads_at(end, grids)
+        reach, _ = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        at = np.flatnonzero(other == FACE)
+        if grids.faces is not None and len(at):
+            k, sign = rays.section[at], rays.side[at]
+            edge, dx, dy = sections.edge(sign, k), sections.nx[k], sections.ny[k]
+            begin = sections.x[k] + edge * dx, sections.y[k] + edge * dy
+            reach[at] = grids.faces.meet(*begin, sign * dx, sign * dy, reach[at])
+        order = np.lexsort((rays.section, rays.side))
+        return cls(rays.section[order], rays.side[order], other[order], grids.paved[rays.gap][order], reach[order])
+
+    @property
+    def row(self) -> IntArray:
+        """0 for left, 1 for right, (n,)."""
+        return (self.side < 0).astype(np.int64)
+
+    def ahead(
+        self, sense: int, most: FloatArray, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges
+    ) -> tuple[_Strips, BoolArray]:
+        """Return strips at the next cross sections, in a sense along roads, as long as they are narrow or become so.
+
+        The first ones are narrow or at most so wide, (n,), m. The second array says which are the last of those that
+        were looked at, and may go on.
+        """
+        steps = np.arange(1, _GOES_ON + 1)
+        ahead = np.clip(self.section[:, None] + sense * steps, 0, len(sections.road) - 1)
+        same = sections.road[ahead] == sections.road[self.section, None]
+        same &= ahead == self.section[:, None] + sense * steps
+        each = self.chosen(np.repeat(np.arange(len(same)), len(steps)))
+        # Nothing is met beyond the end of a road.
+        other = np.where(same.ravel(), each.other, -1)
+        far, found = meet(ahead.ravel(), each.side, each.reach, other, sections, roads, edges)
+        reach, met = far.reshape(ahead.shape), found.reshape(ahead.shape)
+        good = met & (reach > 0.0) & (reach < _NARROW)
+        good &= reach <= np.maximum(np.column_stack([most, reach[:, :-1]]), _NARROW / 4)
+        keep = np.logical_and.accumulate(good, axis=1).ravel()
+        whole = np.broadcast_to(steps == _GOES_ON, ahead.shape).ravel()
+        return replace(each, section=ahead.ravel(), reach=far).chosen(keep), whole[keep]
+
+
+def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges) -> _Strips:
+    """Return how strips go on beyond both of their ends, where cells of lanes hide how narrow gaps end."""
+    section, side = strips.section, strips.side
+    apart = (np.diff(section) != 1) | (np.diff(side) != 0) | (np.diff(sections.road[section]) != 0)
+    found = [strips.chosen(np.zeros(len(section), bool))]
+    for sense, ends in ((-1, np.append(True, apart)), (1, np.append(apart, True))):
+        here = strips.chosen(ends & (strips.other >= 0))
+        most = np.full(len(here.section), _NARROW)
+        while len(here.section):
+            ahead, whole = here.ahead(sense, most, sections, roads, edges)
+            found.append(ahead)
+            # Narrow slits are as long as the lanes beside them.
+            here = ahead.chosen(whole)
+            most = here.reach
+    return join_tables(found)
+
+
+def _records(road: IntArray, s: FloatArray, spacing: FloatArray, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:
+    """Return the widths of the roads that have a strip, by index of the road; all at cross sections, (n,), m."""
+    beyond = np.maximum(width - defaults.FLOOR_OVERLAP, 0.0)
+    area = np.bincount(road, beyond * spacing)
+    with_strip = np.flatnonzero(area >= defaults.FLOOR_LEAST_AREA)
+    if not len(with_strip):
+        return {}
+    rows = np.flatnonzero(np.isin(road, with_strip))
+    strip = np.searchsorted(with_strip, road[rows])
+    records = width_records(strip, s[rows], width[rows], len(with_strip), defaults.FLOOR_TOLERANCE)
+    return dict(zip(with_strip.tolist(), records, strict=True))
+
+
+def _mostly_paved(road: IntArray, spacing: FloatArray, width: FloatArray, paved: BoolArray) -> frozenset[int]:
+    """Return the roads whose strips are paved on more than half of their area."""
+    whole, part = (np.bincount(road, item * spacing) for item in (width, width * paved))
+    return frozenset(np.flatnonzero(part > whole / 2).tolist())
+
+
+def room_before_ends(
+    sections: CrossSections, rows: IntArray, roads: ConnectingRoads, edges: LaneEdges, faces: Faces
+) -> FloatArray:
+    """Return how wide strips may be at the left and the right of cross sections of some roads, (2, n), m.
+
+    `rows` (k,), ascending, are all roads at their arms. Where lanes of an arm lead nowhere, all of it counts.
+    """
+    end, same, low, high = edges.on_arms(roads, rows)
+    arms, arm = unique_inverse(end)
+    here = np.isin(faces.end, arms)
+    face = np.searchsorted(arms, faces.end[here])
+    lowest, highest = np.full(len(arms), np.inf), np.full(len(arms), -np.inf)
+    lowest[face], highest[face] = faces.right[here], faces.left[here]
+    np.minimum.at(lowest, arm, low)
+    np.maximum.at(highest, arm, high)
+    below, above = low - lowest[arm], highest[arm] - high
+    road = np.searchsorted(rows, sections.road)
+    to_end = edges.length[sections.road] - sections.s
+    out = []
+    for room in (np.where(same, above, below), np.where(same, below, above)):
+        at_start, at_end = room.reshape(2, -1)[:, road]
+        out.append(_OPEN_AT_END + np.minimum(at_start + sections.s, at_end + to_end))
+    return np.array(out)

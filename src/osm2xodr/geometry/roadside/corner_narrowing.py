@@ -1,0 +1,162 @@
+"""Sidewalks move to the kerb, or become narrower, before corners that they otherwise would not get round.
+
+Behind wide strips, the sidewalks of two arms cross each other before they meet; parking ends some metres before a
+junction anyway. At acute corners even sidewalks at the kerb do: each of them gets what lies on its side of the middle
+between both kerbs, and so both end in one wedge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import sorted_unique
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.roadside import defaults
+from osm2xodr.geometry.roadside.corner_wedges import wedges
+from osm2xodr.geometry.roadside.sidewalk_corners import sidewalk_corners
+from osm2xodr.geometry.roadside.strips import Margins, Strips
+from osm2xodr.model import IntArray, LaneType, Rule
+
+# Shares of their room that sidewalks get in a wedge, and whether the one with more room ends wider: the first that
+# helps. Choices: corners may need more room than a circle round their tip.
+_TRIES: Final = ((1.0, True), (0.9, True), (0.9, False), (0.6, False))
+_PARKED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
+_Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
+_Change = Callable[[RoadParts, tuple[Margins, ...], ConnectingRoads], tuple[Margins, ...]]
+
+
+def lay_out_corners(
+    parts: RoadParts, margins: tuple[Margins, ...], cars: ConnectingRoads, rule: Rule
+) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
+    """Connect the sidewalks of neighbouring arms; where necessary, leave out the strips inside them before corners.
+
+    Parking with nothing beyond it ends before junctions: no sidewalk leads its kerb round the corner. Returns the
+    strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the junctions of
+    corners that could not be drawn, one for each, (k,).
+    """
+    margins = _changed(parts, margins, _bare_parking(parts, margins), _nothing, whole=False)
+    corners, failed = sidewalk_corners(parts, margins, cars, rule)
+    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share, uneven=uneven) for share, uneven in _TRIES)]
+    for change in changes:
+        tried = change(parts, margins, failed)
+        if tried is margins:
+            continue
+        _, still_failed = sidewalk_corners(parts, tried, cars, rule, sorted_unique(failed.junction))
+        lost = set(_corner_of(still_failed))
+        hopeless = np.array([corner in lost for corner in _corner_of(failed)], bool)
+        # Each side of an end faces one corner: it stays as it was where nothing is gained.
+        changed = change(parts, margins, failed.chosen(~hopeless))
+        if changed is margins:
+            continue
+        # Lanes may get other ids at the far ends of these roads, too.
+        roads = [k for k, (one, other) in enumerate(zip(margins, changed, strict=True)) if one is not other]
+        junctions = sorted_unique(parts.end_junction[np.array(roads, np.int64)])
+        margins = changed
+        again, failed_again = sidewalk_corners(parts, margins, cars, rule, junctions[junctions >= 0])
+        corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)
+        failed = failed.chosen(~np.isin(failed.junction, junctions)).joined(failed_again)
+    return margins, corners, failed.junction
+
+
+def _corner_of(rows: ConnectingRoads) -> list[tuple[_Place, _Place]]:
+    """Return the two places that each corner connects."""
+    entry = zip(rows.entry.tolist(), np.sign(rows.entry_lane).tolist(), strict=True)
+    exit_ = zip(rows.exit.tolist(), np.sign(rows.exit_lane).tolist(), strict=True)
+    return list(zip(entry, exit_, strict=True))
+
+
+def _kerbside(parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads) -> tuple[Margins, ...]:
+    """Leave out the strips inside the sidewalks of some corners over their last metres."""
+    places = sorted({place for corner in _corner_of(rows) for place in corner})
+    return _changed(parts, margins, places, _sidewalk_alone)
+
+
+def _wedged(
+    parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float, uneven: bool
+) -> tuple[Margins, ...]:
+    """Let sidewalks of some corners end at the kerb, in wedges with a share of the room between both kerbs."""
+    found = wedges(parts, rows, share, uneven=uneven)
+    if not found:
+        return margins
+    out = list(_kerbside(parts, margins, rows))
+    for end, wedge in found:
+        beside = out[end // 2]
+        kept = (item for item in beside[-(end % 2)].wedges if not item.lies_at(end, wedge.side, wedge.type))
+        last = replace(beside[-(end % 2)], wedges=(*kept, wedge))
+        out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
+    return tuple(out)
+
+
+def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[_Place]:
+    """Return where roads meet junctions with room for parked cars at a side, and nothing beyond it."""
+    beside = [road for road, item in enumerate(margins) if item]
+    ends = [2 * road + k for road in beside for k in (0, 1) if parts.end_junction[road, k] >= 0]
+    strips = [(end, side, margins[end // 2][-(end % 2)].strips(side)) for end in ends for side in (1, -1)]
+    return [(end, side) for end, side, here in strips if here and all(item.type in _PARKED for item in here)]
+
+
+def _nothing(strips: Strips) -> Strips:
+    return strips[:0]
+
+
+def _sidewalk_alone(strips: Strips) -> Strips:
+    return tuple(strip for strip in strips if strip.type is LaneType.SIDEWALK)[:1]
+
+
+def _changed(
+    parts: RoadParts,
+    margins: tuple[Margins, ...],
+    places: Iterable[_Place],
+    change: Callable[[Strips], Strips],
+    whole: bool = True,
+) -> tuple[Margins, ...]:
+    """Return margins with changed strips at some places; the very same margins where nothing changes.
+
+    Without `whole`, stretches too short to be cut stay as they are, but those no longer than what is cut off.
+    """
+    out = list(margins)
+    changed = False
+    for end, side in places:
+        borders = [stretch.start for stretch in parts.stretches[end // 2][1:]]
+        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change, whole)
+        changed |= beside is not out[end // 2]
+        out[end // 2] = beside
+    return tuple(out) if changed else margins
+
+
+def _changed_end(
+    beside: Margins,
+    at_end: bool,
+    side: int,
+    borders: Sequence[float],
+    change: Callable[[Strips], Strips],
+    whole: bool,
+) -> Margins:
+    """Change the strips at one side over a road's last metres, or over its last stretch where that is short.
+
+    Without `whole`, a short stretch stays as it is, unless it is no longer than those metres.
+    """
+    piece = beside[-1 if at_end else 0]
+    strips = change(piece.strips(side))
+    if strips == piece.strips(side):
+        return beside
+    inner = replace(piece, left=strips) if side > 0 else replace(piece, right=strips)
+    least = defaults.CORNER_KERBSIDE
+    cut = piece.end - least if at_end else piece.start + least
+    # No lane section may begin so near another.
+    near = [border for border in borders if abs(border - cut) < least and piece.start < border < piece.end]
+    cut = near[0] if near else cut
+    first, last = (2.0, 0.5) if at_end else (0.5, 2.0)
+    if not piece.start + first * least < cut < piece.end - last * least:
+        # What is left of the same cut on the other side is no longer than that.
+        inner = inner if whole or piece.end - piece.start <= least + defaults.SAME_PLACE else piece
+        return (*beside[:-1], inner) if at_end else (inner, *beside[1:])
+    if at_end:
+        return (*beside[:-1], replace(piece, end=cut), replace(inner, start=cut))
+    return (replace(inner, end=cut), replace(piece, start=cut), *beside[1:])
