@@ -79,16 +79,21 @@ class Spectra:
         each_once = [choice for choice in choices if choice[2] < 1.0 or choice[1] == _LENGTHS[0]]
         fall, length, white = np.array(each_once).T
         shape = (1.0 - white)[:, None] * exp(-np.square(length[:, None] * rings.wave)) + white[:, None]
-        relief = exp(a)[:, None, None] * power(rings.wave, -fall[:, None])
-        spectrum = relief[:, None] + exp(n)[:, None, None] * shape
-        self._weighted_log = (count * log(spectrum)).sum(axis=-1).ravel()
-        self._inverse = np.ascontiguousarray((count / spectrum).reshape(-1, len(rings.wave)).T)
+        noise = exp(n)[:, None, None] * shape
+        shapes = (len(a), *noise.shape[:2])
+        weighted_log, inverse = np.empty(shapes), np.empty((len(rings.wave), *shapes))
+        # One level of relief after the other: the arrays of all do not fit into the processor's cache.
+        for k, relief in enumerate(exp(a)[:, None, None] * power(rings.wave, -fall[:, None])):
+            spectrum = relief + noise
+            weighted_log[k] = (count * log(spectrum)).sum(axis=-1)
+            inverse[:, k] = np.moveaxis(count / spectrum, -1, 0)
+        self._weighted_log, self._inverse = weighted_log.ravel(), inverse.reshape(len(rings.wave), -1)
         each = (a[:, None, None], n[:, None], fall, length, white)
         self._choices = [item.ravel() for item in np.broadcast_arrays(*each)]
         # The integrals of both parts of the spectrum: correlated errors, and those of single cells.
         variance = (1.0 - white) / (4.0 * np.pi * length**2) + white
         self._log_white = log(self._choices[-1])
-        self._log_variance = np.broadcast_to(n[:, None] + log(variance), spectrum.shape[:-1]).ravel()
+        self._log_variance = np.broadcast_to(n[:, None] + log(variance), shapes).ravel()
 
     def fit(self, cosines: Single, cell: float, sigma: float) -> Spectrum:
         """Return the spectra of windows' coefficients (W, SIZE, SIZE), m, by Whittle's likelihood.
