@@ -68,9 +68,7 @@ _PRELOADED: Final = (
     "pyproj",
     "rasterio.windows",
     "resource",
-    "scipy.interpolate",
     "scipy.ndimage",
-    "scipy.sparse.csgraph",
 )
 
 
