@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr.curves.ragged import (
+    connected_groups,
     owners,
     ranks,
     repeated,
@@ -60,3 +61,11 @@ def test_distinct_rows_ascend_by_column() -> None:
     assert (found.first.tolist(), found.inverse.tolist()) == ([1, 2, 0], [2, 0, 1, 0])
     assert found.counts.tolist() == [2, 1, 1]
     assert unique_rows(np.zeros((0, 2), np.int64)).values.shape == (0, 2)
+
+
+def test_pairs_join_groups() -> None:
+    one, other = np.array([[5, 4], [4, 1], [6, 6], [2, 0], [0, 2]]).T
+    np.testing.assert_array_equal(connected_groups(7, one, other), [0, 1, 0, 2, 1, 1, 3])
+    chain = np.random.default_rng(1).permutation(1000)
+    assert not connected_groups(1000, chain[1:], chain[:-1]).any()
+    assert not len(connected_groups(0, one[:0], other[:0]))

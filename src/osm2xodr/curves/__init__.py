@@ -56,6 +56,7 @@ from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, 
 from osm2xodr.curves.polylines import running_lengths
 from osm2xodr.curves.ragged import (
     blocks,
+    connected_groups,
     owners,
     ranks,
     repeated,
@@ -97,6 +98,7 @@ __all__ = [
     "chain_curves",
     "chosen_curves",
     "close_places",
+    "connected_groups",
     "cosine",
     "cube_root",
     "cubic_slope",

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy.sparse as sp
 
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.point_tree import PointTree
-from osm2xodr.curves.ragged import unique_inverse
+from osm2xodr.curves.ragged import runs, sorted_unique, unique_inverse
 from osm2xodr.curves.trigonometry import sine
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -138,16 +137,18 @@ class _Kin:
         n = len(graph.length)
         self.inside, self.junction = graph.inside, graph.junction[:, 0]
         self._junction = graph.junction
-        links = sp.coo_matrix(
-            (np.ones(len(graph.link_to), np.int32), (graph.link_from, graph.link_to)), (n, n)
-        ).tocsr()
-        self._linked = sp.csr_matrix(links + links.T)
-        self._through = sp.csr_matrix(self._linked @ self._linked)
+        # Pairs of roads as numbers, both ways.
+        self._roads = n
+        self._linked = sorted_unique([graph.link_from * n + graph.link_to, graph.link_to * n + graph.link_from])
+        one, third = self._linked // n, self._linked % n
+        many = np.bincount(one, minlength=n)
+        other = third[runs((np.cumsum(many) - many)[third], many[third])]
+        self._through = sorted_unique(np.repeat(one, many[third]) * n + other)
 
     def together(self, a: IntArray, b: IntArray) -> BoolArray:
         """Whether roads, (n,), lie in one junction or are linked to each other."""
         one = self.inside[a] & self.inside[b] & (self._junction[a, 0] == self._junction[b, 0])
-        return np.asarray(one | _entry(self._linked, a, b))
+        return np.asarray(one | _among(a * self._roads + b, self._linked))
 
     def meet(self, a: IntArray, b: IntArray) -> BoolArray:
         """Whether roads, (n,), share a junction, or are linked to each other or to a third one."""
@@ -155,12 +156,14 @@ class _Kin:
         for k in (0, 1):
             for m in (0, 1):
                 shared |= (self._junction[a, k] == self._junction[b, m]) & (self._junction[a, k] >= 0)
-        return np.asarray(shared | _entry(self._linked, a, b) | _entry(self._through, a, b))
+        pair = a * self._roads + b
+        return np.asarray(shared | _among(pair, self._linked) | _among(pair, self._through))
 
 
-def _entry(matrix: sp.csr_matrix, row: IntArray, column: IntArray) -> BoolArray:
-    """Whether a matrix has entries, (n,)."""
-    return np.asarray(matrix[row, column]).ravel() > 0 if len(row) else np.zeros(0, bool)
+def _among(values: IntArray, known: IntArray) -> BoolArray:
+    """Say which values, (n,), are among known ones, ascending."""
+    at = np.searchsorted(known, values)
+    return np.asarray(known[np.minimum(at, len(known) - 1)] == values) if len(known) else np.zeros(len(values), bool)
 
 
 def _find(pieces: _Pieces, kin: _Kin, roads: int) -> _Overlaps:

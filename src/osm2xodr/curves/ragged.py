@@ -81,6 +81,22 @@ def unique_inverse(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
     return ordered[new], _numbers(order, new)
 
 
+def connected_groups(count: int, one: IntArray, other: IntArray) -> IntArray:
+    """Return the group of each of `count` things that pairs, (n,), join; numbered from 0 by their first members.
+
+    Each takes the lowest number that it is joined to, and then what this has taken, until nothing changes.
+    """
+    group = np.arange(count)
+    while True:
+        lowest = group.copy()
+        np.minimum.at(lowest, group[one], group[other])
+        np.minimum.at(lowest, group[other], group[one])
+        lowest = lowest[lowest[group]]
+        if np.array_equal(lowest, group):
+            return unique_inverse(group)[1]
+        group = lowest
+
+
 def unique_first(values: npt.ArrayLike) -> tuple[IntArray, IntArray]:
     """Return the distinct ones of integers, ascending, and the index of the first of each."""
     flat = np.ravel(values)

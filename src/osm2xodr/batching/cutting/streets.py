@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.batching.cutting.source import Source
-from osm2xodr.curves import owners, ranks, repeated, runs, sorted_unique
+from osm2xodr.curves import connected_groups, owners, ranks, repeated, runs, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 
 # Side of the cells of the index, degrees: about 1 km, so that most ways are in one or two of them.
@@ -93,14 +91,12 @@ def make_streets(source: Source, segments: Segments, driven: BoolArray) -> Stree
     joint = degree[ends] == 2
     # The ends of two pieces, or both of one, stand next to each other.
     one, other = owner[joint][0::2], owner[joint][1::2]
-    # SciPy before 1.12 finds components with such indices only.
-    joined = one.astype(np.int32), other.astype(np.int32)
-    graph = coo_array((np.ones(len(one), np.bool_), joined), shape=(pieces, pieces))
-    count, street = connected_components(graph, directed=False) if pieces else (0, np.zeros(0, np.int64))
+    street = connected_groups(pieces, one, other)
+    count = int(street.max(initial=-1)) + 1
     of_segment = np.full(len(segments.start), -1, np.int64)
     of_segment[kept] = street[piece]
-    first_way, ways = _grouped(street.astype(np.int64), way[is_first], count)
-    first_end, limits = _grouped(street[owner[~joint]].astype(np.int64), ends[~joint], count)
+    first_way, ways = _grouped(street, way[is_first], count)
+    first_end, limits = _grouped(street[owner[~joint]], ends[~joint], count)
     return Streets(of_segment, first_way, ways, first_end, limits)
 
 

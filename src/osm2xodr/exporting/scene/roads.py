@@ -13,10 +13,8 @@ from typing import Final
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import connected_groups, runs
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.mesh import KERB
 from osm2xodr.exporting.scene.arrangement import (
@@ -97,10 +95,10 @@ def _groups(faces: LaneFaces) -> tuple[IntArray, BoolArray]:
     common[one] = common[other] = True
     lone = ~common[next_] & ~common[behind]
     one, other = np.concatenate([one, next_[lone]]), np.concatenate([other, behind[lone]])
-    count, label = connected_components(coo_matrix((np.ones(len(one)), (one, other)), shape=(n, n)), directed=False)
-    several = np.zeros(count, np.bool_)
+    label = connected_groups(n, one, other)
+    several = np.zeros(int(label.max(initial=-1)) + 1, np.bool_)
     several[label] = common
-    return label.astype(np.int64), several
+    return label, several
 
 
 def _sound(shapes: FloatArray) -> FloatArray:

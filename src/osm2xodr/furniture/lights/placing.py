@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse.csgraph import connected_components
 
+from osm2xodr.curves import connected_groups
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.defaults import ONE_INSTALLATION
 from osm2xodr.furniture.lights.heads import FOR_PEOPLE, Head, approach_heads, lanes_at_stop, people_heads, road_heads
@@ -144,9 +143,8 @@ def installations(
         if one in place and other in place and (k in sites.passed or min(phases[one], phases[other]) > 1)
     ]
     ends = np.array(pairs, np.int64).reshape(-1, 2)
-    links = scipy.sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(len(ids), len(ids)))
     groups: dict[int, list[int]] = {}
-    for junction, group in zip(ids, connected_components(links, directed=False)[1].tolist(), strict=True):
+    for junction, group in zip(ids, connected_groups(len(ids), *ends.T).tolist(), strict=True):
         groups.setdefault(group, []).append(junction)
     return list(groups.values())
 

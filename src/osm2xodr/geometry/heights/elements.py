@@ -14,7 +14,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import cosine, find_record, lengths, pose, ranks, sine
+from osm2xodr.curves import connected_groups, cosine, find_record, lengths, pose, ranks, sine, unique_inverse
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, span_at, span_roads
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -281,7 +281,4 @@ def components(unknowns: Unknowns) -> IntArray:
     """Return the number of the connected component of each road, (R,)."""
     nodes = int(unknowns.end_node.max(initial=-1)) + 1
     pairs = unknowns.end_node.reshape(-1, 2)
-    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (nodes, nodes))
-    label = sp.csgraph.connected_components(graph, directed=False)[1]
-    out: IntArray = np.unique(label[pairs[:, 0]], return_inverse=True)[1].astype(np.int64)
-    return out
+    return unique_inverse(connected_groups(nodes, *pairs.T)[pairs[:, 0]])[1]

@@ -9,11 +9,9 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import ranks, repeated, runs, starts, unique_first
+from osm2xodr.curves import connected_groups, ranks, repeated, runs, starts
 from osm2xodr.geometry.junction_floor import defaults
 from osm2xodr.geometry.junction_floor.cells import draw_across
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections
@@ -176,15 +174,7 @@ def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -
     below = np.minimum(first + grids.wide[owner], grids.start[owner + 1]), last + grids.wide[owner]
     begin = np.searchsorted(last, below[0], side="right")
     count = np.searchsorted(first, np.minimum(below[1], grids.start[owner + 1])) - begin
-    one, other = repeated(count), runs(begin, count)
-    # Older versions of SciPy want these integers.
-    ends = one.astype(np.int32), other.astype(np.int32)
-    graph = sp.coo_array((np.ones(len(one), np.int8), ends), shape=(len(first), len(first)))
-    label = connected_components(graph, directed=False)[1]
-    begins = unique_first(label)[1]
-    rank = np.empty(len(begins), np.int64)
-    rank[np.argsort(begins)] = np.arange(len(begins))
-    return rank[label]
+    return connected_groups(len(first), repeated(count), runs(begin, count))
 
 
 def _empty_grids(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import cosine, hypot, rays_to_segments, sine, unique_first
+from osm2xodr.curves import connected_groups, cosine, hypot, rays_to_segments, sine, unique_first
 from osm2xodr.geometry.junction_floor import defaults
 from osm2xodr.geometry.junction_floor.gaps import Grids
 from osm2xodr.model import BoolArray, FloatArray
@@ -103,8 +101,7 @@ def largest_part(cells: BoolArray) -> BoolArray:
     number[cells] = np.arange(count)
     beside = ((number[1:], number[:-1]), (number[:, 1:], number[:, :-1]))
     pairs = np.hstack([np.array([one, other])[:, (one >= 0) & (other >= 0)] for one, other in beside])
-    graph = sp.coo_array((np.ones(len(pairs[0]), np.int8), (pairs[0], pairs[1])), shape=(count, count))
-    part = connected_components(graph, directed=False)[1]
+    part = connected_groups(count, *pairs)
     size = np.bincount(part)[part]
     out = np.zeros(cells.shape, bool)
     out[cells] = part == part[size.argmax()]

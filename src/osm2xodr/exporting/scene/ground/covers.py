@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from osm2xodr.curves import connected_groups, unique_inverse
 from osm2xodr.exporting.scene.arrangement import clusters, places_of
 from osm2xodr.exporting.scene.ground.defaults import COVERED, DEEPEST_CUT, STACKED, TUNNEL_COVER
 from osm2xodr.exporting.scene.model import GRID, Level, RoadSurface
@@ -111,8 +110,7 @@ def _portals(surface: RoadSurface, rows: IntArray, group: IntArray) -> IntArray:
     # Steps at kerbs do not part a portal.
     place = np.unique(surface.vertices[:, :2], axis=0, return_inverse=True)[1].ravel()
     start, end = place[start[shared]], place[end[shared]]
-    links = coo_matrix((np.ones(len(start)), (start, end)), shape=(count, count))
-    portal = connected_components(links, directed=False)[1][start]
+    portal = connected_groups(count, start, end)[start]
     found = np.unique(np.column_stack([np.repeat(group, 3)[shared], portal]), axis=0)
     return np.bincount(found[:, 0], minlength=int(group.max(initial=-1)) + 1)
 
@@ -122,8 +120,6 @@ def _groups(surface: RoadSurface, level: Level, height: Height) -> tuple[IntArra
     rows = np.flatnonzero(surface.level == level)
     faces, count = surface.faces[rows], len(surface.vertices)
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    links = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    of = connected_components(links, directed=False)[1][faces[:, 0]]
-    group = np.unique(of, return_inverse=True)[1].astype(np.int64)
+    group = unique_inverse(connected_groups(count, *ends.T)[faces[:, 0]])[1]
     middle = surface.vertices[faces].mean(1)
     return rows, group, height(middle[:, 0], middle[:, 1]) - middle[:, 2]

@@ -7,9 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from osm2xodr.curves import connected_groups
 from osm2xodr.exporting.scene.ground.defaults import BESIDE_SHORE, MOST_FLOODED
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -159,9 +158,8 @@ def _parted(faces: Any, lines: Any) -> BoolArray | None:
     left, right, total = left[found], right[found], len(faces)
     # Each face is twice there, as water and as land: what is joined holds together.
     start, end = np.concatenate([left, left + total]), np.concatenate([right + total, right])
-    pairs = coo_matrix((np.ones(len(start)), (start, end)), shape=(2 * total, 2 * total))
-    count, group = connected_components(pairs, directed=False)
-    if total < 2 or count != 2:
+    group = connected_groups(2 * total, start, end)
+    if total < 2 or group.max() != 1:
         return None
     out: BoolArray = group[:total] == 0
     return out

@@ -14,10 +14,9 @@ from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.conventions import MEASURED, NO_SUPERELEVATION
-from osm2xodr.curves import arctan2, cosine, lengths, sine
+from osm2xodr.curves import arctan2, connected_groups, cosine, lengths, sine
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
@@ -95,11 +94,7 @@ def _chains(problem: ProfileProblem) -> IntArray:
     """Return the number of the chain of roads that continue one another that each road belongs to, (R,)."""
     link = np.where(problem.end_junction < 0, problem.end_link, -1)
     road, end = np.nonzero(link >= 0)
-    count = len(link)
-    # Older versions of SciPy want these integers.
-    pairs = road.astype(np.int32), (link[road, end] // 2).astype(np.int32)
-    graph = sp.coo_array((np.ones(len(road), np.int8), pairs), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    return connected_groups(len(link), road, link[road, end] // 2)
 
 
 def _mean_curvature(network: Network, row: IntArray) -> FloatArray:
