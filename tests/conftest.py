@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -59,7 +60,11 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 @pytest.fixture(scope="session")
 def conversions(tmp_path_factory: pytest.TempPathFactory) -> Conversions:
     """Scenes as the command line converts them, each only once."""
-    return Conversions(tmp_path_factory.mktemp("conversions"))
+    base = tmp_path_factory.getbasetemp()
+    # pytest-xdist gives each of its workers a folder of its own within that of the session.
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "conversions"
+    folder.mkdir(exist_ok=True)
+    return Conversions(folder)
 
 
 @pytest.fixture(scope="module")

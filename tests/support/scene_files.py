@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import subprocess
@@ -91,7 +92,7 @@ class Conversion:
 
 @dataclass
 class Conversions:
-    """Converts scenes on demand, each in each version only once."""
+    """Converts scenes on demand, each in each version only once, also where several processes run the tests."""
 
     folder: Path
     _done: dict[tuple[str, str, int], Conversion] = field(default_factory=dict)
@@ -126,14 +127,21 @@ class Conversions:
         environment = {**os.environ, "PYTHONHASHSEED": str(jobs), "OPENBLAS_NUM_THREADS": str(jobs)}
         if jobs > 1:
             environment |= OLD_PROCESSOR
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            timeout=CONVERSION_TIMEOUT,
-            env=environment,
-            check=False,
-        )
-        if done.returncode:
-            raise AssertionError(f"{' '.join(command)}\nends with {done.returncode}:\n{done.stderr}")
-        return Conversion(scene, out, json.loads(report.read_text(encoding="utf-8")), done.stderr)
+        messages = out.with_suffix(".txt")
+        with out.with_suffix(".lock").open("w") as lock:
+            # Processes of tests share the folder: the first one converts, others wait for it.
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not messages.exists():
+                done = subprocess.run(
+                    command,
+                    capture_output=True,
+                    text=True,
+                    timeout=CONVERSION_TIMEOUT,
+                    env=environment,
+                    check=False,
+                )
+                if done.returncode:
+                    raise AssertionError(f"{' '.join(command)}\nends with {done.returncode}:\n{done.stderr}")
+                messages.write_text(done.stderr, encoding="utf-8")
+        report_read = json.loads(report.read_text(encoding="utf-8"))
+        return Conversion(scene, out, report_read, messages.read_text(encoding="utf-8"))

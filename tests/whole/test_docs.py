@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from lxml import etree
+from scene_files import Conversions, scene_named
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -52,11 +53,9 @@ def test_the_python_in_the_readme_works(tmp_path: Path) -> None:
     assert header.get("name") == "My area"
 
 
-def test_the_readme_lists_what_is_written(tmp_path: Path) -> None:
+def test_the_readme_lists_what_is_written(conversions: Conversions) -> None:
     """Every element of a written file stands in the table, but for the folders that hold them."""
-    target = tmp_path / "area.xodr"
-    command = [sys.executable, "-m", "osm2xodr", "convert", str(SAMPLE / "area.osm"), "-q", "-o", str(target)]
-    subprocess.run([*command, "--dem", str(SAMPLE / "dem.tif")], check=True)
+    target = conversions.of(scene_named("andorra_ordino")).path
     table = (ROOT / "docs" / "what_is_written.md").read_text(encoding="utf-8").partition("Not written:")[0]
     named = {word for text in re.findall(r"`([^`]+)`", table) for word in text.split()}
     folders = {

@@ -16,6 +16,7 @@ from typing import Any
 import hatch_build
 import pytest
 import release
+from scene_files import scene_named
 
 import osm2xodr
 
@@ -30,7 +31,6 @@ jinja2, yaml = pytest.importorskip("jinja2"), pytest.importorskip("yaml")
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 HOOK = PROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]
-SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 
 
@@ -101,8 +101,9 @@ def test_a_clean_installation_converts(dist: tuple[Path, Path], tmp_path: Path) 
     subprocess.run([bin_ / "python", "-m", "pip", "install", *quiet, str(dist[1])], check=True, cwd=tmp_path)
     said = subprocess.check_output([bin_ / "osm2xodr", "--version"], text=True, cwd=tmp_path)
     assert osm2xodr.__version__ in said
-    maps = [str(SAMPLE / "area.osm"), "--dem", str(SAMPLE / "dem.tif")]
-    subprocess.run([bin_ / "osm2xodr", "convert", *maps, "-o", "area.xodr", "-q"], check=True, cwd=tmp_path)
+    scene = scene_named("montlake_roundabout")
+    command = [bin_ / "osm2xodr", "convert", scene.osm, "--dem", scene.dem, "-o", "area.xodr", "-q"]
+    subprocess.run(command, check=True, cwd=tmp_path)
     code = (
         "import osm2xodr\n"
         "from osm2xodr.curves import records\n"
