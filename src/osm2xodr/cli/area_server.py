@@ -68,6 +68,7 @@ _PRELOADED: Final = (
     "pyproj",
     "rasterio.windows",
     "resource",
+    "scipy.interpolate",
     "scipy.ndimage",
 )
 
