@@ -115,8 +115,8 @@ def build_roads(
     known = ground() if ground else None
     solve = partial(_find_heights, network, plan, surface, elevation_options, known, neighbourhood)
     # Heights need neither lanes nor sidewalks; nor does the floor need heights, but for sidewalks that are too steep.
-    # In hills heights take longest, and the floor is laid beside lanes. On flat ground sidewalks take longer than
-    # heights, and furniture as long as the floor.
+    # In hills heights take longest. On flat ground sidewalks take longer than heights, and the floor as long as lanes
+    # and records; furniture then takes as long as what is left of it and clearances.
     hills, flat = jobs > 1 and known is not None, jobs > 1 and known is None
     sides_of = partial(lay_out_sides, network, plan)
     with Task(solve, apart=hills) as heights, Task(sides_of, apart=flat) as beside:
@@ -125,7 +125,7 @@ def build_roads(
             heights.result()
         sides = beside.result()
         every = plan.connecting.joined(sides.corners)
-        with Task(partial(lay_out_floor, network, plan, every), apart=hills) as laid:
+        with Task(partial(lay_out_floor, network, plan, every), apart=jobs > 1) as laid:
             lanes = _lay_out_lanes(network, plan, carriageways, sides, every)
             solved = heights.result()
             advance(0.75)
@@ -136,15 +136,12 @@ def build_roads(
             lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
             carrying = on_crossfall_lines(through, lines)
             road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)
-            if hills:
-                # Before furniture takes another copy of the process, so that no more than two are there at once.
-                laid.result()
             if on_lanes is not None:
                 on_lanes(road_map)
+            # The floor lies beside the carriageways whose clearances are looked at.
+            road_map = with_clearances(network, road_map, solved.problem, diagnostics)
+            release_memory()
             floor = floor_without(network, plan, every, laid.result(), steep)
-    release_memory()
-    # The floor lies beside the carriageways whose clearances are looked at.
-    road_map = with_clearances(network, road_map, solved.problem, diagnostics)
     release_memory()
     covered = ends_at_floor(sides, floor)
     blunt = np.concatenate([sides.blunt, through.junction[sides.ends.row[covered & ~sides.ends.shoulder]]])
