@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from osm2xodr.furniture_shapes import LEVEL_APART
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015
@@ -41,6 +41,38 @@ def triangles_of(faces: Any) -> tuple[FloatArray, IntArray]:
     """Return the triangles of polygons, (n, 3, 2), counter-clockwise, and the polygon of each."""
     parts, of = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     return shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3], of
+
+
+class Planes:
+    """Triangles that look up, found by the places below and above them."""
+
+    def __init__(self, corners: FloatArray, least: float = 0.0) -> None:
+        """Take triangles (n, 3, 2 + k) of x, y, m, and what is linear in them, but those with less area, m²."""
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        self.rows = np.flatnonzero(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 2.0 * least)
+        self.corners = corners[self.rows]
+        self._tree = shapely.STRtree(shapely.polygons(self.corners[:, :, :2]))
+
+    def at(self, xy: FloatArray, reach: float = 0.0) -> tuple[IntArray, IntArray]:
+        """Return pairs of places (n, 2), m, and triangles that come as close to them as `reach`, m."""
+        place, face = self._tree.query(shapely.points(xy), predicate="dwithin", distance=reach)
+        return place, face
+
+    def cover(self, xy: FloatArray) -> BoolArray:
+        """Return which places (n, 2), m, lie on a triangle."""
+        out = np.zeros(len(xy), np.bool_)
+        out[self._tree.query(shapely.points(xy), predicate="intersects")[0]] = True
+        return out
+
+    def values(self, face: IntArray, xy: FloatArray) -> FloatArray:
+        """Return what triangles (n,) have beside x, y at a place (n, 2) each, (n, k)."""
+        a, b, c = np.moveaxis(self.corners[face], 1, 0)
+        one, other, off = (b - a)[:, :2], (c - a)[:, :2], xy - a[:, :2]
+        area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+        to_b = (off[:, 0] * other[:, 1] - off[:, 1] * other[:, 0]) / area
+        to_c = (one[:, 0] * off[:, 1] - one[:, 1] * off[:, 0]) / area
+        out: FloatArray = a[:, 2:] + to_b[:, None] * (b - a)[:, 2:] + to_c[:, None] * (c - a)[:, 2:]
+        return out
 
 
 def places_of(xy: FloatArray, grid: float) -> tuple[IntArray, IntArray]:
@@ -99,6 +131,13 @@ def half_edges(faces: IntArray) -> tuple[IntArray, IntArray]:
     return faces.ravel(), np.roll(faces, -1, axis=1).ravel()
 
 
+def lone(start: IntArray, end: IntArray) -> BoolArray:
+    """Return which sides have no other one the other way round."""
+    total = int(max(start.max(initial=0), end.max(initial=0))) + 1
+    out: BoolArray = ~np.isin(start * total + end, end * total + start)
+    return out
+
+
 def steps(
     start: IntArray, end: IntArray, place: IntArray, xyz: FloatArray, apart: float = LEVEL_APART
 ) -> tuple[IntArray, IntArray, IntArray]:
@@ -107,7 +146,7 @@ def steps(
     Sides run from and to vertices, whose place and x, y, z are given; those farther `apart`, m, are of roads above
     each other. Besides return the two sides of each triangle, and the sides that are left without another one.
     """
-    open_ = np.flatnonzero(~np.isin(start * len(xyz) + end, end * len(xyz) + start) & (place[start] != place[end]))
+    open_ = np.flatnonzero(lone(start, end) & (place[start] != place[end]))
     p, q, z = place[start[open_]], place[end[open_]], 0.5 * (xyz[start[open_], 2] + xyz[end[open_], 2])
     ahead = p < q
     key = np.where(ahead, p, q) * (int(place.max(initial=0)) + 1) + np.where(ahead, q, p)

@@ -1,9 +1,8 @@
 """The ground around roads: from the elevation model, met by every edge of a road without a gap.
 
-`building` has the steps in order: `cells` says where there is ground, `slopes` how high it is, `leaves` covers what
-is away from roads with squares, `band` what is beside them, and lets it stand at two heights at portals.
-`water` is level and cut out of it. Before, `covers` finds the tunnels that no ground covers, and the junctions in
-tunnels.
+`building` has the steps in order: `cells` are the squares that it consists of, and `heights` says how high their
+corners are; `band` is what lies between roads, shores of `water` and whole squares. Before, `covers` finds the
+tunnels that no ground covers, and the junctions in tunnels.
 """
 
 from __future__ import annotations

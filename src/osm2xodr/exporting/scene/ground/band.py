@@ -1,25 +1,30 @@
-"""The ground between the edges of roads and the whole squares around them, as triangles between just their corners.
+"""The ground at roads and shores: all lines there are noded once, and each face between them is land or water.
 
 Edges of roads and sides of squares do not touch, so that the triangles of the ground have the very corners of the
-roads. Where these have several heights, as at portals, walls stand between the triangles that meet them.
+roads. Where a place has several heights, as at portals and at shores of level water, walls stand between triangles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 import shapely
 
 from osm2xodr.curves import PointTree, runs
-from osm2xodr.exporting.scene.arrangement import first_of, half_edges, places_of, steps, triangles_of
+from osm2xodr.exporting.scene.arrangement import (
+    Planes,
+    first_of,
+    half_edges,
+    lone,
+    places_of,
+    triangles_of,
+)
 from osm2xodr.exporting.scene.ground.cells import Cells
-from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL
-from osm2xodr.model import BoolArray, FloatArray, IntArray
-
-# Whether places in plan (n, 2), m, lie on a road on the ground.
-Covered: TypeAlias = Callable[[FloatArray], BoolArray]
+from osm2xodr.exporting.scene.ground.water import WaterShapes
+from osm2xodr.exporting.scene.model import GRID
+from osm2xodr.model import FloatArray, IntArray
 
 # Places closer together than this are the same, m: what is left of rounding.
 _SAME: Final = 1e-6
@@ -27,14 +32,67 @@ _SAME: Final = 1e-6
 _PER_SPOKE: Final = 3
 
 
-def raised_triangles(
-    triangles: IntArray, xyz: FloatArray, place: IntArray, rim: IntArray
-) -> tuple[IntArray, IntArray]:
-    """Return triangles (n, 3) of points instead of places, and the walls (k, 3) where they differ in height.
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Triangles of places: those of the roads, then corners of squares, then more."""
 
-    Triangles consist of places; `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2),
-    are edges of points that have the road on their left: those that the ground has to meet. Places without an edge
-    have one point.
+    triangles: IntArray  # (n, 3) counter-clockwise
+    area: IntArray  # (n,) The area of water that each is in; -1 for land
+    more: FloatArray  # (k, 2) Places where shores cross other lines, and along them, m
+
+
+def band_of(cells: Cells, xy: FloatArray, rim: IntArray, roads: Planes, water: WaterShapes) -> Band:
+    """Return the ground between the edges of roads, shores and whole squares.
+
+    `xy`, (points, 2), m, are different places, and `rim`, (m, 2), edges between them.
+    """
+    known = np.concatenate([xy, cells.node_xy()])
+    around = cells.sides(cells.roads & cells.ground)
+    around = len(xy) + around[lone(*around.T)]
+    edges = np.concatenate([rim, around, len(xy) + cells.sides(cells.shores)])
+    lines = _lines(known, np.concatenate([edges, _spokes(known, rim, around)]))
+    # Not on a grid, as edges of roads have to stay as they are.
+    noded = shapely.union_all(np.concatenate([lines, water.shores]))
+    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    inside = shapely.get_coordinates(shapely.point_on_surface(faces))
+    kept = cells.has((cells.roads | cells.shores) & cells.ground, inside) & ~roads.cover(inside)
+    corners, of = triangles_of(faces[kept])
+    used, corners = np.unique(edges), corners.reshape(-1, 2)
+    place, first = places_of(np.concatenate([known[used], corners]), _SAME)
+    new = first >= len(used)
+    number = np.where(new, len(known) + np.cumsum(new) - 1, np.append(used, 0)[np.where(new, len(used), first)])
+    return Band(
+        number[place[len(used) :]].reshape(-1, 3),
+        water.found_at(*inside[kept].T)[of],
+        corners[first[new] - len(used)],
+    )
+
+
+def _lines(places: FloatArray, edges: IntArray) -> Any:
+    """Return edges between places as lines."""
+    return shapely.linestrings(places[edges])
+
+
+def _spokes(places: FloatArray, rim: IntArray, around: IntArray) -> IntArray:
+    """Return lines across the band, from corners of squares to the nearest place on a road, that cross no edge.
+
+    They divide it into small pieces, which are triangulated many times as fast as a large one.
+    """
+    corners, ends = np.unique(around)[::_PER_SPOKE], np.unique(rim)
+    if not len(ends):
+        return np.zeros((0, 2), np.int64)
+    spokes = np.column_stack([corners, ends[PointTree(places[ends]).nearest(places[corners])[1]]])
+    edges = np.concatenate([rim, around])
+    spoke, edge = shapely.STRtree(_lines(places, edges)).query(_lines(places, spokes), predicate="intersects")
+    meets = (spokes[spoke][:, :, None] == edges[edge][:, None]).any((1, 2))
+    return np.delete(spokes, np.unique(spoke[~meets]), 0)
+
+
+def raised(triangles: IntArray, xyz: FloatArray, place: IntArray, rim: IntArray) -> IntArray:
+    """Return triangles (n, 3) of points instead of places.
+
+    `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2), are edges of points that have
+    the road on their left: those that the ground has to meet. Places without an edge have one point.
     """
     point = np.zeros(int(place.max()) + 1, np.int64)
     point[place] = np.arange(len(place))
@@ -65,69 +123,57 @@ def raised_triangles(
     order = np.argsort(key, kind="stable")
     start, end = half_edges(triangles)
     found = np.minimum(np.searchsorted(key[order], start * total + end), max(len(key) - 1, 0))
-    side = np.flatnonzero(key[order][found] == start * total + end)
+    side = np.flatnonzero(key[order][found] == start * total + end) if len(key) else np.zeros(0, np.int64)
     row, corner, met = side // 3, side % 3, rim[order[found[side]]]
     out[row, corner], out[row, (corner + 1) % 3] = met[:, 1], met[:, 0]
-    start, end = half_edges(out)
-    walls, _, _ = steps(np.concatenate([start, rim[:, 0]]), np.concatenate([end, rim[:, 1]]), place, xyz, np.inf)
-    return out, walls
-
-
-def band_triangles(cells: Cells, xy: FloatArray, rim: IntArray, covered: Covered) -> IntArray:
-    """Return the triangles (n, 3) between rims and whole squares, counter-clockwise.
-
-    `xy`, (points, 2), m, are different places, and `rim`, (m, 2), edges between them. Of the triangles' corners those
-    below `points` are rows of `xy`, the others corners of squares, in rows from south to north, after all of these.
-    """
-    if not len(rim):
-        return np.zeros((0, 3), np.int64)
-    nodes = np.column_stack([axis.ravel() for axis in cells.node_xy()])
-    places = np.concatenate([xy, nodes])
-    edges = np.concatenate([rim[:, ::-1], len(xy) + _sides(cells)])
-    used = np.unique(edges)
-    lines = shapely.linestrings(places[np.concatenate([edges, _spokes(places, rim, edges, len(xy))])])
-    faces = shapely.get_parts(shapely.polygonize(lines))
-    inside = shapely.get_coordinates(shapely.point_on_surface(faces)).reshape(-1, 2)
-    column, row = np.floor(inside / GROUND_CELL).astype(np.int64).T
-    band = (cells.near & cells.ground)[row - cells.row, column - cells.column] & ~covered(inside)
-    corners, _ = triangles_of(faces[band])
-    place, first = places_of(np.concatenate([places[used], corners.reshape(-1, 2)]), _SAME)
-    out: IntArray = used[first[place[len(used) :]]].reshape(-1, 3)
     return out
 
 
-def _sides(cells: Cells) -> IntArray:
-    """Return the sides of squares between those near roads and whole ones, the former on their left."""
-    near = cells.near & cells.ground
-    stride = cells.nodes[1]
-    found = []
-    for (dy, dx), (a, b) in (
-        ((-1, 0), (0, 1)),
-        ((0, 1), (1, stride + 1)),
-        ((1, 0), (stride + 1, stride)),
-        ((0, -1), (stride, 0)),
-    ):
-        # No square at the outermost rows and columns has ground.
-        other = np.roll(near, (-dy, -dx), (0, 1))
-        row, column = np.nonzero(near & ~other)
-        first = row * stride + column
-        found.append(np.column_stack([first + a, first + b]))
-    return np.concatenate(found)
+def on_edges(xy: FloatArray, z: FloatArray, xyz: FloatArray, edges: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return heights of places (n, 2), m, and edges (m, 2) of points (k, 3) that end at the places on them as well.
 
-
-def _spokes(places: FloatArray, rim: IntArray, edges: IntArray, first: int) -> IntArray:
-    """Return lines across the band, from corners of squares to the nearest place on a road, that cross no edge.
-
-    They divide it into small pieces, which are triangulated many times as fast as a large one. `first` is the index
-    of the first corner.
+    Places on edges are as high as these, the others `z`, (n,), m. They are the points behind those that are given.
     """
-    corners = np.unique(edges[edges >= first])
-    corners = corners[::_PER_SPOKE]
-    ends = np.unique(rim)
-    nearest = ends[PointTree(places[ends]).nearest(places[corners])[1]]
-    spokes = np.column_stack([corners, nearest])
-    tree = shapely.STRtree(shapely.linestrings(places[edges]))
-    spoke, edge = tree.query(shapely.linestrings(places[spokes]), predicate="intersects")
-    meets = (spokes[spoke][:, :, None] == edges[edge][:, None]).any((1, 2))
-    crossed = np.unique(spoke[~meets])
-    return np.delete(spokes, crossed, 0)
+    tree = shapely.STRtree(_lines(xyz[:, :2], edges))
+    at, edge = tree.query(shapely.points(xy), predicate="dwithin", distance=2.0 * GRID)
+    begin, along = xyz[edges[edge, 0]], xyz[edges[edge, 1]] - xyz[edges[edge, 0]]
+    share = ((xy[at] - begin[:, :2]) * along[:, :2]).sum(1) / np.maximum((along[:, :2] ** 2).sum(1), GRID**2)
+    kept = (share > 0.0) & (share < 1.0)
+    height = (begin[:, 2] + share * along[:, 2])[kept]
+    at, edge, share = at[kept], edge[kept], share[kept]
+    lowest = first_of(at, height)
+    out = z.copy()
+    out[at[lowest]] = height[lowest]
+    # All points along each edge.
+    count = len(edges)
+    edge = np.concatenate([np.tile(np.arange(count), 2), edge])
+    order = np.lexsort((np.concatenate([np.zeros(count), np.ones(count), share]), edge))
+    point = np.concatenate([edges.T.ravel(), len(xyz) + at])[order]
+    goes_on = np.diff(edge[order]) == 0
+    return out, np.column_stack([point[:-1][goes_on], point[1:][goes_on]])
+
+
+def level_water(
+    vertices: FloatArray, place: IntArray, faces: IntArray, area: IntArray, level: FloatArray, fixed: int
+) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+    """Return vertices, the vertex that each comes from, its place, and triangles, of which those in water are level.
+
+    Triangles (n, 3) of vertices (m, 2 or more), m, whose places are given, are in areas of water, -1 for none, of a
+    level, (n,), m, or NaN. Land at its shore is no lower, but for the first `fixed` vertices: those of roads.
+    """
+    wet = np.flatnonzero(np.isfinite(level))
+    high = np.full(int(place.max(initial=-1)) + 1, -np.inf)
+    np.maximum.at(high, place[faces[wet]], level[wet, None])
+    dry = np.unique(faces[~np.isfinite(level)])
+    dry = dry[dry >= fixed]
+    vertices = vertices.copy()
+    vertices[dry, 2] = np.maximum(vertices[dry, 2], high[place[dry]])
+    # One corner of each area at a vertex.
+    key = np.repeat(area[wet], 3) * len(vertices) + faces[wet].ravel()
+    key, first, corner = np.unique(key, return_index=True, return_inverse=True)
+    own = key % len(vertices)
+    flat = np.column_stack([vertices[own, :2], np.repeat(level[wet], 3)[first]])
+    out = faces.copy()
+    out[wet] = len(vertices) + corner.reshape(-1, 3)
+    origin = np.concatenate([np.arange(len(vertices)), own])
+    return np.concatenate([vertices, flat]), origin, place[origin], out

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
-import shapely
 
-from osm2xodr.exporting.scene.ground.band import Covered, band_triangles, raised_triangles
-from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, nodes_within
+from osm2xodr.exporting.scene.arrangement import Planes, half_edges, lone, steps
+from osm2xodr.exporting.scene.ground.band import Band, band_of, level_water, on_edges, raised
+from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, leaf_sizes, leaf_triangles
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     APRON,
@@ -21,14 +22,17 @@ from osm2xodr.exporting.scene.ground.defaults import (
     REACH,
     TUNNEL_COVER,
     TUNNEL_OPENING,
+    WATER_REACH,
 )
-from osm2xodr.exporting.scene.ground.leaves import leaf_sizes, leaf_triangles
-from osm2xodr.exporting.scene.ground.slopes import Limits, node_heights
-from osm2xodr.exporting.scene.ground.unknown import continued, cut_at_outline, interpolated, with_strips
-from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled, split_by_water
+from osm2xodr.exporting.scene.ground.heights import Limits, continued, interpolated, node_heights, with_strips
+from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Corners and crossings of a cut triangle in order: pairs of corners, those of corners with themselves.
+_AROUND: Final = np.array([[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]])
+_HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +44,7 @@ class Ground:
     cells: Cells
     # Heights of the corners of squares, (rows + 1, columns + 1), m, below level water as well; NaN where unknown
     z: FloatArray
-    water: WaterShapes | None
+    water: WaterShapes
     # Areas around roads that no elevation model knows, m²: without ground, and with heights between those around
     unknown: float
     interpolated: float
@@ -51,7 +55,7 @@ class Ground:
         It is that between the corners of the smallest squares; on roads that of their edges, on level water its own.
         """
         inside = self.cells.between(self.cells.inside, x, y) >= 0.0
-        level = np.full(len(x), np.nan) if self.water is None else self.water.level_at(x, y)
+        level = self.water.level_at(x, y)
         return np.where(inside, np.where(np.isnan(level), self.cells.between(self.z, x, y), level), np.nan)
 
 
@@ -72,46 +76,83 @@ def build_ground(
     the coarsest one are left out with `coarsest_alone`. `InputError` if the roads span too much for the memory.
     """
     known = _nothing if height is None else height
-    if water is not None:
-        beside = surface.vertices[np.unique(rim.edges[rim.beyond == Level.GROUND])]
-        water = levelled(water, known, beside)
+    beside = surface.vertices[np.unique(rim.edges[rim.beyond == Level.GROUND])]
+    water = levelled(water or WaterShapes(), known, beside)
     points, edges = _edge_points(surface, rim, known)
-    beyond = rim.beyond
     xy, place = np.unique(points[:, :2], axis=0, return_inverse=True)
     flat = place[edges]
     flat = flat[flat[:, 0] != flat[:, 1]]
-    covered = _on_roads(surface)
+    roads = Planes(surface.vertices[surface.faces[surface.level == Level.GROUND]])
     above, below = (_points_of(surface, level) for level in (Level.BRIDGE, Level.TUNNEL))
+    reach = APRON if height is None else REACH
+    far = WATER_REACH if water.areas and height is not None else reach
     others = np.concatenate([above, below])[:, :2]
-    found = None if water is None or height is None or not water.areas else water.found_at
-    cells = cells_around(xy[flat[:, 0]], xy[flat[:, 1]], others, covered, APRON if height is None else REACH, found)
-    x, y = (axis.ravel() for axis in cells.node_xy())
-    limits = _limits(points[edges], beyond, above, below)
-    level = np.full(cells.nodes, np.nan) if water is None else water.level_of(cells.water)
-    there, closed = _base(known(x, y).reshape(cells.nodes), level)
+    cells = cells_around(along_edges(xy[flat])[0], others, roads.cover, reach, water, far)
+    limits = _limits(points[edges], rim.beyond, above, below)
+    there, closed = _base(known(*cells.node_xy().T).reshape(cells.nodes), water.level_of(cells.water))
     base, inside = with_strips(cells, closed, limits.xyz[limits.normal.any(1)])
-    z = node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz))
+    z = continued(node_heights(cells, base, limits, _known_or(known, cells, base, limits.xyz)))
     lost, guessed = (cells.inside > 0.0) & (inside < 0.0), (inside > 0.0) & np.isnan(there) & ~np.isnan(closed)
-    cells, z = replace(cells, inside=inside), continued(z)
-    vertices = np.concatenate([points, np.column_stack([x, y, z.ravel()])])
-    places = np.concatenate([place, len(xy) + np.arange(len(x))])
-    band, walls = raised_triangles(band_triangles(cells, xy, flat, covered), vertices, places, edges)
-    band, walls = (faces[has_area(vertices, faces, LEAST_AREA)] for faces in (band, walls))
-    steep = _steep(vertices[band])
+    unknown, between = (GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed))
+    cells = replace(cells, inside=inside)
+    band = band_of(cells, xy, flat, roads, water)
+    details = range(DETAILS - 1 if coarsest_alone else 0, DETAILS)
+    leaves = {detail: leaf_triangles(cells, leaf_sizes(cells, detail, tile), z) for detail in details}
+    portals = np.flatnonzero(rim.beyond == Level.TUNNEL)
+    below = surface.vertices[rim.edges[portals]]
+    parts = _parts((points, edges, place), cells, z, band, leaves, water, (portals, below))
+    return Ground(tuple(part for part in parts if len(part.faces)), cells, z, water, unknown, between)
+
+
+def _parts(
+    rim: tuple[FloatArray, IntArray, IntArray],
+    cells: Cells,
+    z: FloatArray,
+    band: Band,
+    leaves: dict[int, IntArray],
+    water: WaterShapes,
+    portals: tuple[IntArray, FloatArray],
+) -> list[Part]:
+    """Return the band, the leaves of each level of detail, and walls.
+
+    `rim` are points (n, 3), m, edges of roads between them, and which points lie above each other; `z` the heights of
+    corners of squares, (rows, columns), m; `portals` edges above portals, and those of the roads there, (k, 2, 3), m.
+    """
+    points, edges, place = rim
+    nodes = cells.node_xy()
+    vertices = np.concatenate([points, np.column_stack([nodes, z.ravel()])])
+    heights, split = on_edges(band.more, cells.between(z, *band.more.T), vertices, edges)
+    vertices = np.concatenate([vertices, np.column_stack([band.more, heights])])
+    first = int(place.max(initial=-1)) + 1
+    places = np.concatenate([place, first + np.arange(len(nodes) + len(band.more))])
+    triangles = raised(band.triangles, vertices, places, edges)
+    faces = np.concatenate([triangles, *(len(points) + rows for rows in leaves.values())])
+    area = np.concatenate([band.area, *(cells.water.ravel()[rows[:, 0]] for rows in leaves.values())])
+    detail = np.repeat([-1, *leaves], [len(triangles), *map(len, leaves.values())])
+    vertices, origin, places, faces = level_water(vertices, places, faces, area, water.level_of(area), len(points))
+    kept = has_area(vertices, faces, LEAST_AREA)
+    faces, area, detail = faces[kept], area[kept], detail[kept]
+    # Walls stand where triangles of the band and roads that meet differ in height.
+    sides = np.concatenate([np.column_stack(half_edges(faces[detail < 0])), split])
+    walls, _, _ = steps(sides[:, 0], sides[:, 1], places, vertices, np.inf)
+    walls = walls[has_area(vertices, walls, LEAST_AREA)]
+    fields = cells.inside, cells.inside_water
+    more = np.column_stack([cells.between(field, *band.more.T) for field in fields])
+    corners = np.column_stack([field.ravel() for field in fields])
+    within = np.concatenate([np.full((len(points), 2), REACH), corners, more])[origin]
+    land = area < 0
+    steep = land & (detail < 0)
+    steep[steep] = _steep(vertices[faces[steep]])
     parts = []
-    within = np.concatenate(
-        [np.full((len(points), 2), REACH), np.column_stack([inside.ravel(), cells.inside_water.ravel()])]
-    )
-    for detail in range(DETAILS - 1 if coarsest_alone else 0, DETAILS):
-        leaves = len(points) + leaf_triangles(cells, leaf_sizes(cells, detail, tile), z)
-        faces = np.concatenate([band[~steep], leaves])
-        parts += _land_and_water(vertices, faces, within, water, detail)
-    portal = np.flatnonzero((beyond == Level.TUNNEL) & _met(edges, band))
-    lintels, corners = _lintels(points[edges[portal]], surface.vertices[rim.edges[portal]])
-    faces = np.concatenate([band[steep], walls, len(vertices) + corners])
-    parts.append(_part("Retaining_Wall", "concrete", np.concatenate([vertices, lintels]), faces, None))
-    kept = tuple(part for part in parts if len(part.faces))
-    return Ground(kept, cells, z, water, *(GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed)))
+    for own in leaves:
+        for k, (name, material, rows) in enumerate((("Terrain", "grass", land & ~steep), ("Water", "water", ~land))):
+            here = faces[rows & ((detail == own) | (detail < 0))]
+            parts.append(_part(name, material, *cut_at_outline(vertices, here, within[:, k]), own))
+    upright, walls = cut_at_outline(vertices, np.concatenate([faces[steep], walls]), within[:, 0])
+    met = ~lone(*np.concatenate([edges[portals[0]], sides]).T)[: len(portals[0])]
+    lintels, more_walls = _lintels(points[edges[portals[0][met]]], portals[1][met])
+    walls = np.concatenate([walls, len(upright) + more_walls])
+    return [*parts, _part("Retaining_Wall", "concrete", np.concatenate([upright, lintels]), walls, None)]
 
 
 def _base(known: FloatArray, level: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -136,25 +177,6 @@ def _known_or(known: Height, cells: Cells, base: FloatArray, points: FloatArray)
     return z
 
 
-def _land_and_water(
-    vertices: FloatArray, faces: IntArray, within: FloatArray, water: WaterShapes | None, detail: int
-) -> list[Part]:
-    """Return the ground of a level of detail; `within`, (n, 2), m, are the outlines of land and of water."""
-    if water is None or not water.areas:
-        vertices, faces = cut_at_outline(vertices, faces, within[:, 0])
-        return [_part("Terrain", "grass", vertices, faces, np.full(len(faces), detail))]
-    split = split_by_water(np.column_stack([vertices, within]), faces, water)
-    parts = []
-    for name, material, rows, outline in (
-        ("Terrain", "grass", split.land, 3),
-        ("Water", "water", split.water, 4),
-        ("Retaining_Wall", "concrete", split.walls, 3),
-    ):
-        vertices, faces = cut_at_outline(split.vertices[:, :3], rows, split.vertices[:, outline])
-        parts.append(_part(name, material, vertices, faces, np.full(len(faces), detail)))
-    return parts
-
-
 def _nothing(x: FloatArray, _: FloatArray) -> FloatArray:
     """Return that no height is known."""
     return np.full(len(x), np.nan)
@@ -175,30 +197,19 @@ def _edge_points(surface: RoadSurface, rim: Rim, known: Height) -> tuple[FloatAr
     return np.concatenate([points, over]), edges
 
 
-def _on_roads(surface: RoadSurface) -> Covered:
-    """Return what says whether places in plan (n, 2), m, lie on a road on the ground."""
-    shapes = shapely.polygons(surface.vertices[surface.faces[surface.level == Level.GROUND]][:, :, :2])
-    tree = shapely.STRtree(shapes[shapely.area(shapes) > 0.0])
-
-    def covered(xy: FloatArray) -> BoolArray:
-        out = np.zeros(len(xy), np.bool_)
-        out[tree.query(shapely.points(xy), predicate="intersects")[0]] = True
-        return out
-
-    return covered
-
-
 def _points_of(surface: RoadSurface, level: Level) -> FloatArray:
     """Return points all over the roads of a level, (n, 3), m: along their edges, and at corners of squares."""
     corners = surface.vertices[surface.faces[surface.level == level]]
-    ends = np.roll(corners, -1, axis=1)
-    edges, _ = along_edges(corners.reshape(-1, 3), ends.reshape(-1, 3), GROUND_CELL / 2)
-    return np.concatenate([edges, nodes_within(corners)])
+    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    edges, _ = along_edges(sides, GROUND_CELL / 2)
+    planes, nodes = Planes(corners), GROUND_CELL * np.unique(np.rint(edges[:, :2] / GROUND_CELL), axis=0)
+    node, face = planes.at(nodes)
+    return np.concatenate([edges, np.column_stack([nodes[node], planes.values(face, nodes[node])])])
 
 
 def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: FloatArray) -> Limits:
     """Return what bounds the height of the ground: edges (n, 2, 3), and points of bridges and in tunnels."""
-    rim, edge = along_edges(edges[:, 0], edges[:, 1])
+    rim, edge = along_edges(edges)
     along = edges[:, 1, :2] - edges[:, 0, :2]
     normal = np.column_stack([along[:, 1], -along[:, 0]])[edge]
     count = [len(rim), len(below), len(above)]
@@ -209,13 +220,6 @@ def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: Float
         # The ground above a portal may be higher.
         np.concatenate([beyond[edge] != Level.TUNNEL, np.repeat([False, True], count[1:])]),
     )
-
-
-def _met(edges: IntArray, triangles: IntArray) -> BoolArray:
-    """Return which edges, the road on their left, have a triangle of the ground on their right."""
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    total = int(max(edges.max(initial=0), triangles.max(initial=0))) + 1
-    return np.isin(edges[:, 1] * total + edges[:, 0], start * total + end)
 
 
 def _steep(corners: FloatArray) -> BoolArray:
@@ -245,8 +249,34 @@ def _raised(points: FloatArray, by: float) -> FloatArray:
     return out
 
 
-def _part(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: IntArray | None) -> Part:
-    """Return triangles with just the vertices that they need."""
+def cut_at_outline(vertices: FloatArray, faces: IntArray, inside: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return vertices (n, 3), m, those that were there first, and triangles up to where `inside` (n,) is 0.
+
+    Triangles that share a side share the corner on it: the ground stays without a gap.
+    """
+    value = inside[faces]
+    whole, cut = (value >= 0.0).all(1), (value < 0.0).any(1) & (value > 0.0).any(1)
+    corners, values = faces[cut], value[cut]
+    a, b = corners[:, _AROUND[:, 0]], corners[:, _AROUND[:, 1]]
+    crossed: BoolArray = values[:, _AROUND[:, 0]] * values[:, _AROUND[:, 1]] < 0.0
+    kept = np.where(a == b, values[:, _AROUND[:, 0]] >= 0.0, crossed)
+    count = len(vertices)
+    key, new = np.unique(np.minimum(a, b)[crossed] * count + np.maximum(a, b)[crossed], return_inverse=True)
+    number = a.copy()
+    number[crossed] = count + new
+    one, other = np.divmod(key, count)
+    share = (inside[one] / (inside[one] - inside[other]))[:, None]
+    more = vertices[one] + share * (vertices[other] - vertices[one])
+    # Three or four corners, first.
+    order = np.argsort(~kept, axis=1, kind="stable")
+    pieces = np.take_along_axis(number, order, axis=1)[:, _HALVES]
+    real = np.column_stack([np.ones(len(corners), np.bool_), kept.sum(1) == 4])
+    return np.concatenate([vertices, more]), np.concatenate([faces[whole], pieces[real]])
+
+
+def _part(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: int | None) -> Part:
+    """Return triangles of a level of detail, or of all of them, with just the vertices that they need."""
     used, number = np.unique(faces, return_inverse=True)
     corners = vertices[used]
-    return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), detail)
+    own = None if detail is None else np.full(len(faces), detail)
+    return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), own)

@@ -1,4 +1,8 @@
-"""The squares that the ground consists of: where it is at all, and which are too close to roads for whole squares."""
+"""The squares that the ground consists of: where it is, which are not whole, and levels of detail of the others.
+
+Squares are one, two or four of `Cells` wide, and meet along whole sides or halves of them. Whatever the detail,
+those at borders of tiles are the same, so that tiles of different detail meet without a crack.
+"""
 
 from __future__ import annotations
 
@@ -7,29 +11,25 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import shapely
 from scipy import ndimage
 
 from osm2xodr.curves import PointTree, ranks
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.ground.defaults import (
-    GROUND_CELL,
-    KEEP_OFF,
-    LARGEST_GAP,
-    MOST_CELLS,
-    REACH,
-    SAMPLE,
-    WATER_REACH,
-)
+from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, MOST_CELLS, SAMPLE
+from osm2xodr.exporting.scene.ground.water import WaterShapes
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Squares per side of the blocks of which the extent of the ground consists: the largest squares.
+# Squares per side of the largest squares, of which the extent of the ground consists.
 GROUND_BLOCK: Final = 4
 # Corners closer to the outline of the ground than this lie on it, m, so that no triangle there is a sliver. A choice.
 _ON_OUTLINE: Final = 0.1
-# Points of blocks lie closer together or farther apart than their middles by a diagonal at most, and the largest
-# squares that the outline crosses have corners another one away, m.
-_DIAGONALS: Final = 2.0 * np.sqrt(2.0) * GROUND_CELL * GROUND_BLOCK
+# The largest squares that the outline crosses have corners a diagonal away, and distances between the corners that
+# are nearest to two places are off by one of the smallest, m.
+_ABOUT_OUTLINE: Final = np.sqrt(2.0) * GROUND_CELL * (GROUND_BLOCK + 1)
 _AROUND: Final = np.ones((3, 3), np.bool_)
+# Corners and middles of the sides of a square in half sides, row and column, counter-clockwise from the south-west.
+_RING: Final = ((0, 0), (0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,8 @@ class Cells:
     column: int
     row: int
     ground: BoolArray  # (rows, columns) Squares that have ground, in whole blocks of `GROUND_BLOCK` x `GROUND_BLOCK`
-    near: BoolArray  # (rows, columns) Squares with a road on them or too close to one: they are not whole
+    roads: BoolArray  # (rows, columns) Squares with a road on them or too close to one
+    shores: BoolArray  # (rows, columns) Other squares with ground at a shore
     # (rows + 1, columns + 1) How far corners lie within the outline of land and of water, m; negative beyond it
     inside: FloatArray
     inside_water: FloatArray
@@ -55,10 +56,15 @@ class Cells:
         rows, columns = self.ground.shape
         return rows + 1, columns + 1
 
-    def node_xy(self) -> tuple[FloatArray, FloatArray]:
-        """Return x, y of all corners, each (rows + 1, columns + 1), m."""
-        rows, columns = self.nodes
-        return _node_xy(self.column, self.row, columns, rows)
+    def node_xy(self) -> FloatArray:
+        """Return x, y of all corners, (corners, 2), m, in rows from south to north."""
+        return _node_xy(self.column, self.row, self.nodes)
+
+    def has(self, squares: BoolArray, xy: FloatArray) -> BoolArray:
+        """Return whether places (n, 2), m, lie in some squares, (rows, columns)."""
+        column, row = _squares_at(xy, self.column, self.row, squares.shape)
+        out: BoolArray = (row >= 0) & squares[row, column]
+        return out
 
     def between(self, values: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return values of corners, (rows + 1, columns + 1), interpolated at x, y (n,), m; NaN off all squares."""
@@ -71,27 +77,38 @@ class Cells:
         north = values[i + 1, j] * (1 - u) + values[i + 1, j + 1] * u
         return np.where(on, south * (1 - v) + north * v, np.nan)
 
+    def sides(self, squares: BoolArray) -> IntArray:
+        """Return the sides of squares, (n, 2), as rows of corners, counter-clockwise around each."""
+        stride = self.nodes[1]
+        row, column = np.nonzero(squares)
+        ring = (row * stride + column)[:, None] + np.array([0, 1, stride + 1, stride])
+        return np.column_stack([ring.ravel(), np.roll(ring, -1, axis=1).ravel()])
 
-def _node_xy(column: int, row: int, columns: int, rows: int) -> tuple[FloatArray, FloatArray]:
-    """Return x, y of rows and columns of corners, each (rows, columns), m."""
-    x, y = GROUND_CELL * (column + np.arange(columns)), GROUND_CELL * (row + np.arange(rows))
-    return np.broadcast_to(x, (rows, columns)), np.broadcast_to(y[:, None], (rows, columns))
+
+def _node_xy(column: int, row: int, nodes: tuple[int, int]) -> FloatArray:
+    """Return x, y of rows and columns of corners, (corners, 2), m."""
+    rows, columns = np.indices(nodes)
+    return GROUND_CELL * np.column_stack([columns.ravel() + column, rows.ravel() + row])
+
+
+def _squares_at(xy: FloatArray, column: int, row: int, shape: tuple[int, ...]) -> IntArray:
+    """Return column and row of the squares at places, (2, n); both -1 off all squares."""
+    at = np.floor(xy / GROUND_CELL).astype(np.int64).T - np.array([[column], [row]])
+    on = (at >= 0).all(0) & (at < np.array([[shape[1]], [shape[0]]])).all(0)
+    return np.where(on, at, -1)
 
 
 def corners_of(squares: BoolArray) -> BoolArray:
     """Return which corners belong to any of some squares, (rows + 1, columns + 1)."""
-    out = np.zeros((squares.shape[0] + 1, squares.shape[1] + 1), np.bool_)
-    for rows in (slice(None, -1), slice(1, None)):
-        for columns in (slice(None, -1), slice(1, None)):
-            out[rows, columns] |= squares
-    return out
+    return _any_of_four(np.pad(squares, 1))
 
 
-def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> tuple[FloatArray, IntArray]:
-    """Return points along edges between points (n, 2 or 3), both ends among them, and the edge of each.
+def along_edges(edges: FloatArray, step: float = SAMPLE) -> tuple[FloatArray, IntArray]:
+    """Return points along edges (n, 2, 2 or 3), both ends among them, and the edge of each.
 
     They are at most `step` apart, m.
     """
+    start, end = edges[:, 0], edges[:, 1]
     count = np.maximum(np.ceil(np.hypot(*(end - start)[:, :2].T) / step), 1).astype(np.int64)
     at = ranks(count + 1) / np.repeat(count, count + 1)
     edge = np.repeat(np.arange(len(start)), count + 1)
@@ -100,73 +117,55 @@ def along_edges(start: FloatArray, end: FloatArray, step: float = SAMPLE) -> tup
     return out, edge
 
 
-def nodes_within(triangles: FloatArray) -> FloatArray:
-    """Return the points of triangles (n, 3, 3) that lie above or below corners of squares, (k, 3), m."""
-    low = np.ceil(triangles[:, :, :2].min(1) / GROUND_CELL).astype(np.int64)
-    count = np.floor(triangles[:, :, :2].max(1) / GROUND_CELL).astype(np.int64) - low + 1
-    many = np.maximum(count, 0).prod(1)
-    of = np.repeat(np.arange(len(triangles)), many)
-    row, column = np.divmod(ranks(many), count[of, 0])
-    at = GROUND_CELL * (low[of] + np.column_stack([column, row]))
-    a, b, c = (triangles[of, k] for k in range(3))
-    # Twice the areas opposite of the corners.
-    parts = np.column_stack([_turn(b, c, at), _turn(c, a, at), _turn(a, b, at)])
-    total = parts.sum(1)
-    kept = (parts >= 0.0).all(1) & (total > 0.0)
-    z = (parts * np.column_stack([a[:, 2], b[:, 2], c[:, 2]])).sum(1)[kept] / total[kept]
-    return np.column_stack([at[kept], z])
-
-
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return twice the areas of triangles in plan, positive where they are counter-clockwise."""
-    out: FloatArray = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+def _any_of_four(field: BoolArray) -> BoolArray:
+    """Return which groups of two by two have any, (rows - 1, columns - 1)."""
+    out: BoolArray = field[1:, 1:] | field[1:, :-1] | field[:-1, 1:] | field[:-1, :-1]
     return out
 
 
+# ---------------------------------------------------------------- extent
+
+
 def cells_around(
-    start: FloatArray,
-    end: FloatArray,
+    rim: FloatArray,
     others: FloatArray,
     covered: Callable[[FloatArray], BoolArray],
-    reach: float = REACH,
-    found: Callable[[FloatArray, FloatArray], IntArray] | None = None,
+    reach: float,
+    water: WaterShapes,
+    water_reach: float,
 ) -> Cells:
     """Return the squares up to `reach` metres from roads on the ground, and those of water beyond.
 
-    `start` and `end`, (n, 2), are those of the rim's edges, m; `others`, (k, 2), are points of roads that are not on
-    the ground. `covered` says whether places lie on a road on the ground, `found` gives the area of water at x, y
-    (n,), m, -1 where there is none. `InputError` if roads span too much for the memory.
+    `rim`, (n, 2), are points along the edges of roads on the ground, m; `others`, (k, 2), those of other roads.
+    `covered` says whether places lie on a road on the ground. Water that begins on the ground goes on up to
+    `water_reach` metres from the roads. `InputError` if roads span too much for the memory.
     """
-    rim, _ = along_edges(start, end)
     points = np.concatenate([rim, others])
     size = GROUND_CELL * GROUND_BLOCK
-    margin = int(np.ceil((reach if found is None else max(reach, WATER_REACH)) / size)) + 3
-    low, high = (np.floor(value / size).astype(np.int64) for value in (points.min(0), points.max(0)))
-    low, high = low - margin, high + margin + 1
-    columns, rows = (high - low).tolist()
+    margin = int(np.ceil(max(reach, water_reach) / size)) + 3
+    low = np.floor(points.min(0) / size).astype(np.int64) - margin
+    columns, rows = (np.floor(points.max(0) / size).astype(np.int64) + margin + 1 - low).tolist()
     if columns * rows * GROUND_BLOCK**2 > MOST_CELLS:
         extent = columns * rows * size**2 / 1e6
         raise InputError(f"the roads span {extent:,.0f} km², too much for one scene; crop the file first")
-    occupied = np.zeros((rows, columns), np.bool_)
-    column, row = (np.floor(points / size).astype(np.int64) - low).T
-    occupied[row, column] = True
-    away = ndimage.distance_transform_edt(~occupied, sampling=size)
     column, row = (GROUND_BLOCK * low).tolist()
-    inside = _closed(_inside(points, away, column, row, reach), reach)
-    water, beyond = np.full(inside.shape, -1), inside
-    if found is not None:
-        x, y = _node_xy(column, row, *inside.shape[::-1])
-        water = found(x.ravel(), y.ravel()).reshape(inside.shape)
-        far = _closed(_inside(points, away, column, row, WATER_REACH), WATER_REACH)
-        inside, beyond = _with_water(inside, far, water >= 0, reach)
-    within = np.zeros((rows, columns), np.bool_)
-    for i in range(GROUND_BLOCK + 1):
-        for j in range(GROUND_BLOCK + 1):
-            within |= (
-                beyond[i : i + GROUND_BLOCK * rows : GROUND_BLOCK, j : j + GROUND_BLOCK * columns : GROUND_BLOCK] > 0
-            )
-    ground = _squares(within)
-    return Cells(column, row, ground, _near(rim, covered, column, row, ground), inside, beyond, water)
+    nodes = GROUND_BLOCK * rows + 1, GROUND_BLOCK * columns + 1
+    wet = water.found_at(*_node_xy(column, row, nodes).T).reshape(nodes)
+    near, far = (_closed(field, field.max()) for field in _inside(points, column, row, nodes, (reach, water_reach)))
+    inside, beyond = _with_water(near, far, wet >= 0, reach)
+    ground = _spread(_groups(_any_of_four(beyond > 0.0), GROUND_BLOCK).any((1, 3)), GROUND_BLOCK)
+    # Half a sample lies between a point of an edge and the next one.
+    roads = _touched(rim, KEEP_OFF + 0.5 * SAMPLE, column, row, ground.shape)
+    if len(rim):
+        # The squares at rims part those on roads from those beside them.
+        label, _ = ndimage.label(~roads)
+        of, first = np.unique(label, return_index=True)
+        at_row, at_column = np.divmod(first, ground.shape[1])
+        on_road = covered(GROUND_CELL * (np.column_stack([at_column + column, at_row + row]) + 0.5))
+        roads |= np.where(of == 0, True, on_road)[label]
+    shore = along_edges(shapely.get_coordinates(water.shores).reshape(-1, 2, 2))[0]
+    shores = _touched(shore, 0.5 * SAMPLE, column, row, ground.shape) & ground & ~roads
+    return Cells(column, row, ground, roads, shores, inside, beyond, wet)
 
 
 def _with_water(inside: FloatArray, far: FloatArray, wet: BoolArray, reach: float) -> tuple[FloatArray, FloatArray]:
@@ -186,22 +185,23 @@ def _with_water(inside: FloatArray, far: FloatArray, wet: BoolArray, reach: floa
     return np.where(whole, reach, inside), np.where(closed > ground, far.max(), water)
 
 
-def _squares(blocks: BoolArray) -> BoolArray:
-    """Return the squares of blocks."""
-    return blocks.repeat(GROUND_BLOCK, 0).repeat(GROUND_BLOCK, 1)
-
-
-def _inside(points: FloatArray, away: FloatArray, column: int, row: int, reach: float) -> FloatArray:
-    """Return how much nearer than `reach` to points corners of squares are, m, exact about the outline.
-
-    `away` are the distances of the middles of blocks to those of blocks with points, m.
-    """
-    out = np.where(corners_of(_squares(away < reach)), reach, -GROUND_CELL)
-    rows, columns = np.nonzero(corners_of(_squares(np.abs(away - reach) <= _DIAGONALS)))
-    at = GROUND_CELL * (np.column_stack([columns + column, rows + row]))
-    found = reach - PointTree(np.unique(points, axis=0)).nearest(at)[0]
-    out[rows, columns] = np.where(np.abs(found) < _ON_OUTLINE, 0.0, found)
-    return out
+def _inside(
+    points: FloatArray, column: int, row: int, nodes: tuple[int, int], reaches: tuple[float, ...]
+) -> list[FloatArray]:
+    """Return how much nearer to points than each of `reaches` corners of squares are, m, exact about the outline."""
+    tree = PointTree(np.unique(points, axis=0))
+    occupied = np.zeros(nodes, np.bool_)
+    at = np.rint(points / GROUND_CELL).astype(np.int64) - (column, row)
+    occupied[at[:, 1], at[:, 0]] = True
+    away = ndimage.distance_transform_edt(~occupied, sampling=GROUND_CELL)
+    found = []
+    for reach in reaches:
+        out = reach - away
+        rows, columns = np.nonzero(np.abs(out) < _ABOUT_OUTLINE)
+        exact = reach - tree.nearest(GROUND_CELL * np.column_stack([columns + column, rows + row]))[0]
+        out[rows, columns] = np.where(np.abs(exact) < _ON_OUTLINE, 0.0, exact)
+        found.append(out)
+    return found
 
 
 def _closed(inside: FloatArray, reach: float) -> FloatArray:
@@ -213,26 +213,91 @@ def _closed(inside: FloatArray, reach: float) -> FloatArray:
     return np.where(fill[gaps], reach, inside)
 
 
-def _near(
-    rim: FloatArray, covered: Callable[[FloatArray], BoolArray], column: int, row: int, ground: BoolArray
-) -> BoolArray:
-    """Return which squares have a road on them or come too close to one."""
-    out = np.zeros(ground.shape, np.bool_)
-    if not len(rim):
-        return out
-    # Half a sample lies between a point of an edge and the next one.
-    off = KEEP_OFF + 0.5 * SAMPLE
+def _touched(points: FloatArray, off: float, column: int, row: int, shape: tuple[int, ...]) -> BoolArray:
+    """Return which squares, (rows, columns), come as close to points as `off`, m."""
+    out = np.zeros(shape, np.bool_)
     for dx in (-off, 0.0, off):
         for dy in (-off, 0.0, off):
-            at = np.floor((rim + np.array([dx, dy])) / GROUND_CELL).astype(np.int64) - (column, row)
-            out[at[:, 1], at[:, 0]] = True
-    # The squares at rims part those on roads from those beside them.
-    label, _ = ndimage.label(~out)
-    first = np.unique(label, return_index=True)[1]
-    rows, columns = np.divmod(first, ground.shape[1])
-    middle = GROUND_CELL * (np.column_stack([columns + column, rows + row]) + 0.5)
-    road = covered(middle)
-    # Those without a label are near already.
-    road[label.ravel()[first] == 0] = True
-    found: BoolArray = road[label]
-    return found
+            at = _squares_at(points + np.array([dx, dy]), column, row, shape)
+            out[at[1], at[0]] = True
+    # What lies off all squares.
+    out[-1, -1] = False
+    return out
+
+
+# ---------------------------------------------------------------- levels of detail
+
+
+def leaf_sizes(cells: Cells, detail: int, tile: float) -> IntArray:
+    """Return in squares how wide the leaf is that each of them is part of, (rows, columns); 0 without ground.
+
+    Those at roads and shores have 1. `detail` 0 is the finest level; borders of tiles lie at multiples of `tile`, m.
+    """
+    count = round(tile / GROUND_CELL)
+    rows, columns = (
+        np.isin((first + np.arange(size)) % count, (0, count - 1))
+        for first, size in zip((cells.row, cells.column), cells.ground.shape, strict=True)
+    )
+    border = rows[:, None] | columns
+    whole = cells.ground & ~cells.roads & ~cells.shores
+    # Water is smooth: it needs no small squares.
+    water = whole & (cells.water[:-1, :-1] >= 0)
+    pairs = _all(whole, 2)
+    if detail == 0:
+        pairs &= ~_all(~border, 2) | _all(water, 2)
+    out = np.where(pairs, 2, cells.ground.astype(np.int64))
+    # Beside the largest leaves lie none of the smallest.
+    beside = ndimage.binary_dilation(out == 1)
+    large = (out == 2) & ~border & ~beside
+    if detail < 2:
+        large &= water
+    return np.where(_all(large, GROUND_BLOCK), GROUND_BLOCK, out)
+
+
+def _groups(squares: BoolArray, size: int) -> BoolArray:
+    """Return squares by groups of size x size: (rows, size, columns, size)."""
+    rows, columns = squares.shape
+    return squares.reshape(rows // size, size, columns // size, size)
+
+
+def _spread(groups: BoolArray, size: int) -> BoolArray:
+    """Return the squares of groups."""
+    return groups.repeat(size, 0).repeat(size, 1)
+
+
+def _all(squares: BoolArray, size: int) -> BoolArray:
+    """Return the squares of groups of size x size of which all are among some."""
+    return _spread(_groups(squares, size).all((1, 3)), size)
+
+
+def leaf_triangles(cells: Cells, sizes: IntArray, z: FloatArray) -> IntArray:
+    """Return the triangles (n, 3) of all whole leaves, counter-clockwise, as rows of corners.
+
+    z, (rows + 1, columns + 1), are the heights of corners, m: diagonals of squares join those of less difference.
+    """
+    rows, columns = np.indices(sizes.shape)
+    first = (rows % np.maximum(sizes, 1) == 0) & (columns % np.maximum(sizes, 1) == 0) & (sizes > 0)
+    row, column = np.nonzero(first)
+    size = sizes[row, column]
+    used = np.zeros(z.shape, np.bool_)
+    for dy in (0, 1):
+        for dx in (0, 1):
+            used[row + dy * size, column + dx * size] = True
+    whole = ~(cells.roads | cells.shores)[row, column]
+    row, column, size = row[whole], column[whole], size[whole]
+    # Sides with a middle: there is a smaller leaf beside them.
+    ring = np.stack([(row + dy * size // 2) * z.shape[1] + column + dx * size // 2 for dy, dx in _RING], axis=1)
+    split = used.ravel()[ring[:, 1::2]] & (size[:, None] > 1)
+    plain = ~split.any(1)
+    corner, middle = ring[:, 0::2], (row + size // 2) * z.shape[1] + column + size // 2
+    height = z.ravel()[corner[plain]]
+    rising = np.abs(height[:, 0] - height[:, 2]) <= np.abs(height[:, 1] - height[:, 3])
+    halves = np.where(rising[:, None], [[0, 1, 2, 0, 2, 3]], [[0, 1, 3, 1, 2, 3]])
+    found = [np.take_along_axis(corner[plain], halves, axis=1).reshape(-1, 3)]
+    for side in range(4):
+        a, b, c = ring[:, 2 * side], ring[:, 2 * side + 1], ring[:, (2 * side + 2) % 8]
+        two, one = split[:, side], ~split[:, side] & ~plain
+        found += [
+            np.column_stack([middle, *ends])[rows] for ends, rows in (((a, b), two), ((b, c), two), ((a, c), one))
+        ]
+    return np.concatenate(found)

@@ -1,4 +1,4 @@
-"""Water: its areas, their levels, and the triangles of the ground that are water."""
+"""Water: its areas and their levels."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.arrangement import area_of, places_of, polygons_of
+from osm2xodr.exporting.scene.arrangement import area_of, polygons_of, segments_of
 from osm2xodr.exporting.scene.ground.covers import Height
 from osm2xodr.exporting.scene.ground.defaults import (
     AT_SHORE,
+    GROUND_CELL,
     MOST_LOWERED,
     WATER_BELOW_ROADS,
     WATER_LEVEL_SPREAD,
@@ -22,15 +23,13 @@ from osm2xodr.exporting.scene.ground.defaults import (
 )
 from osm2xodr.exporting.scene.ground.open_water import closed_water, sea_of
 from osm2xodr.exporting.scene.model import GRID
-from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
+from osm2xodr.model import FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
 
 # Corners along the northern and southern side of a rectangle of longitude and latitude, which is bent.
 _SIDE: Final = 16
 # How far shores in files without bounds lie within the rectangle to whose sides they go, m.
 _MARGIN: Final = 50.0
-# Lower steps between water and land are none, m.
-_LEAST_WALL: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,16 +44,10 @@ class WaterShapes:
     left_out: tuple[str, ...] = ()
 
     @cached_property
-    def union(self) -> Any:
-        """All areas as one."""
-        out = shapely.union_all(np.array(self.areas, object))
-        shapely.prepare(out)
-        return out
-
-    @cached_property
-    def shore(self) -> Any:
-        """The outline of all areas."""
-        return shapely.boundary(self.union)
+    def shores(self) -> Any:
+        """The outlines of all areas, in straight pieces of two squares of the ground at most."""
+        lines = shapely.boundary(np.array(self.areas, object))
+        return segments_of(shapely.segmentize(lines, 2.0 * GROUND_CELL), GRID)
 
     def found_at(self, x: FloatArray, y: FloatArray) -> IntArray:
         """Return the first area at each place, (n,), -1 for none."""
@@ -185,134 +178,4 @@ def _steps(low: float, high: float) -> FloatArray:
     """Return places from one to another, m, at least some in small areas."""
     count = max(int((high - low) / WATER_SAMPLE), 8)
     out: FloatArray = low + (high - low) * (np.arange(count) + 0.5) / count
-    return out
-
-
-@dataclass(frozen=True, eq=False)
-class Split:
-    """Triangles (m, 3) of vertices (n, 3 or more), m, that are land, water, and walls at shores."""
-
-    vertices: FloatArray
-    land: IntArray
-    water: IntArray
-    walls: IntArray
-
-
-def split_by_water(vertices: FloatArray, faces: IntArray, shapes: WaterShapes) -> Split:
-    """Return the triangles of the ground, cut at the shores.
-
-    Pieces lie in the plane of their triangle, so that neighbours still meet: the ground goes on as it is below level
-    water, and land ends at the shore at its own height, at that of the water at least. Walls stand between both.
-    What `vertices` (n, 3 or more) have beside x, y, z is interpolated.
-    """
-    vertices, faces, wet, area = _cut(vertices, faces, shapes)
-    rows = np.flatnonzero(wet & np.isfinite(shapes.level_of(area)))
-    area = area[rows]
-    used, corner = np.unique(faces[rows], return_inverse=True)
-    place, _ = places_of(vertices[used][:, :2], GRID)
-    corner = corner.reshape(-1, 3)
-    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
-    total, levels = len(used), np.repeat(shapes.levels[area], 3)
-    p, q = place[start], place[end]
-    outer = ~np.isin(p * total + q, q * total + p) & (p != q)
-    a, b = vertices[used[start[outer]]], vertices[used[end[outer]]]
-    z = levels[outer]
-    high = (np.abs(np.column_stack([a[:, 2], b[:, 2]]) - z[:, None]) > _LEAST_WALL).any(1)
-    a, b, z = a[high], b[high], z[high]
-    # One level corner of each area at a place.
-    key, flat_corner = np.unique(np.repeat(area, 3) * total + start, return_inverse=True)
-    area_of, vertex = np.divmod(key, total)
-    flat = _at_level(vertices[used[vertex]], shapes.levels[area_of])
-    quads = np.stack([a, b, _at_level(b, z), _at_level(a, z)], axis=1).reshape(-1, vertices.shape[1])
-    walls = 4 * np.arange(len(a))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
-    first = len(vertices)
-    faces = faces.copy()
-    faces[rows] = first + flat_corner.reshape(-1, 3)
-    return Split(
-        np.concatenate([vertices, flat, quads]), faces[~wet], faces[wet], first + len(flat) + walls.reshape(-1, 3)
-    )
-
-
-def _at_level(points: FloatArray, z: FloatArray) -> FloatArray:
-    """Return points (n, 3 or more) at heights (n,), m."""
-    return np.column_stack([points[:, :2], z, points[:, 3:]])
-
-
-def _cut(
-    vertices: FloatArray, faces: IntArray, shapes: WaterShapes
-) -> tuple[FloatArray, IntArray, BoolArray, IntArray]:
-    """Return vertices, those that were there first, triangles cut at the shores, which are water, and their areas."""
-    corners = vertices[faces]
-    area = _area_of(corners, shapes)
-    low, high = corners[:, :, :2].min(1), corners[:, :, :2].max(1)
-    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    _, near = shapely.STRtree(boxes).query(_segments(shapes.shore), predicate="intersects")
-    near = np.unique(near)
-    plan = shapely.polygons(corners[near][:, :, :2])
-    crossed = shapely.intersects(plan, shapes.shore)
-    near, plan = near[crossed], plan[crossed]
-    pieces, row, wets = list[Any](), list[IntArray](), list[BoolArray]()
-    for shape, is_wet in (
-        (shapely.intersection(plan, shapes.union), True),
-        (shapely.difference(plan, shapes.union), False),
-    ):
-        parts, of = shapely.get_parts(shapely.constrained_delaunay_triangles(shape), return_index=True)
-        pieces.append(shapely.orient_polygons(parts))
-        row.append(near[of])
-        wets.append(np.full(len(parts), is_wet))
-    xy = shapely.get_coordinates(np.concatenate(pieces)).reshape(-1, 4, 2)[:, :3]
-    more = np.dstack([xy, _values(corners[np.concatenate(row)], xy)])
-    new_wet, new_area = np.concatenate(wets), _area_of(more, shapes)
-    more[..., 2] = np.maximum(more[..., 2], _at_shores(more, new_wet, shapes.level_of(new_area)))
-    more, new = np.unique(more.reshape(-1, vertices.shape[1]), axis=0, return_inverse=True)
-    new = len(vertices) + new.reshape(-1, 3)
-    kept = np.delete(np.arange(len(faces)), near)
-    return (
-        np.concatenate([vertices, more]),
-        np.concatenate([faces[kept], new]),
-        np.concatenate([area[kept] >= 0, new_wet]),
-        np.concatenate([area[kept], new_area]),
-    )
-
-
-def _area_of(corners: FloatArray, shapes: WaterShapes) -> IntArray:
-    """Return the area of water in which the middle of each triangle (n, 3, 2 or more) lies, (n,), -1 for none."""
-    middle = corners[:, :, :2].mean(1)
-    return shapes.found_at(middle[:, 0], middle[:, 1])
-
-
-def _at_shores(corners: FloatArray, wet: BoolArray, level: FloatArray) -> FloatArray:
-    """Return the height of level water at corners (n, 3) of triangles that lie at its shore, m; -inf elsewhere.
-
-    `corners`, (n, 3, 2 or more), are of triangles on both sides, of which those that are `wet` (n,) have a level,
-    (n,), m, or NaN.
-    """
-    _, place = np.unique(corners[..., :2].reshape(-1, 2), axis=0, return_inverse=True)
-    place = place.reshape(-1, 3)
-    high = np.full(place.max(initial=0) + 1, -np.inf)
-    known = wet & np.isfinite(level)
-    np.maximum.at(high, place[known], level[known, None])
-    dry = np.zeros(len(high), np.bool_)
-    dry[place[~wet]] = True
-    return np.where(dry, high, -np.inf)[place]
-
-
-def _segments(shape: Any) -> Any:
-    """Return the lines between the corners of lines."""
-    at, row = shapely.get_coordinates(shapely.get_parts(shape), return_index=True)
-    same = row[1:] == row[:-1]
-    return shapely.linestrings(np.stack([at[:-1][same], at[1:][same]], axis=1))
-
-
-def _values(corners: FloatArray, xy: FloatArray) -> FloatArray:
-    """Return what triangles (n, 3, 2 + k) have beside x, y at places in them, (n, 3, 2); exact at corners."""
-    a, b, c = (corners[:, None, k] for k in range(3))
-    one, other, off = (b - a)[..., :2], (c - a)[..., :2], xy - a[..., :2]
-    area = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
-    to_b = (off[..., 0] * other[..., 1] - off[..., 1] * other[..., 0]) / area
-    to_c = (one[..., 0] * off[..., 1] - one[..., 1] * off[..., 0]) / area
-    out: FloatArray = a[..., 2:] + to_b[..., None] * (b - a)[..., 2:] + to_c[..., None] * (c - a)[..., 2:]
-    for corner in (a, b, c):
-        same = (xy == corner[..., :2]).all(2)
-        out = np.where(same[..., None], corner[..., 2:], out)
     return out

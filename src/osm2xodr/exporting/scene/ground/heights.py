@@ -1,9 +1,9 @@
-"""Heights of the ground between roads: those of the elevation model, cut and filled where roads are lower or higher.
+"""Heights of the ground: those of the elevation model, cut and filled where roads are lower or higher.
 
 At the edge of a road the elevation model is corrected by what the road differs from it. Away from the edge the
 correction fades by a slope, so that every edge demands that the correction be within limits which widen with the
 distance. Where limits exclude each other, as between close roads at different heights, the correction goes straight
-from one to the other.
+from one to the other. Gaps of the elevation model are interpolated.
 """
 
 from __future__ import annotations
@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
+from scipy import ndimage
+from scipy.sparse.linalg import spsolve
 
 from osm2xodr.curves import PointTree
-from osm2xodr.exporting.scene.ground.cells import Cells, corners_of
-from osm2xodr.exporting.scene.ground.defaults import CLASH_REACH, GROUND_CELL, SLOPE
+from osm2xodr.exporting.scene.ground.cells import GROUND_BLOCK, Cells, corners_of
+from osm2xodr.exporting.scene.ground.defaults import APRON, CLASH_REACH, GROUND_CELL, LARGEST_GAP, SLOPE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Corrections spread by one corner a round: by 300 m at most.
@@ -58,15 +61,14 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
 
 def _on_roads(cells: Cells, limits: Limits, z: FloatArray) -> None:
     """Give corners on roads the height of the nearest edge."""
-    x, y = cells.node_xy()
-    row, column = np.nonzero(corners_of(cells.near))
     rim = np.flatnonzero(limits.normal.any(1))
     if not len(rim):
         return
-    at = np.column_stack([x[row, column], y[row, column]])
+    node = np.flatnonzero(corners_of(cells.roads))
+    at = cells.node_xy()[node]
     nearest = rim[PointTree(limits.xyz[rim, :2]).nearest(at)[1]]
     inside = ((at - limits.xyz[nearest, :2]) * limits.normal[nearest]).sum(1) < 0.0
-    z[row[inside], column[inside]] = limits.xyz[nearest[inside], 2]
+    z.ravel()[node[inside]] = limits.xyz[nearest[inside], 2]
 
 
 def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -74,7 +76,7 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
 
     Where no point is known to reach, -inf and inf.
     """
-    x, y = (axis.ravel() for axis in cells.node_xy())
+    x, y = cells.node_xy().T
     known = np.flatnonzero(np.isfinite(value))
     (px, py), values, (nx, ny) = limits.xyz[known, :2].T, value[known], limits.normal[known].T
     best, reached = np.full(len(x), _NONE), np.full(len(x), -np.inf)
@@ -113,3 +115,70 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
         changed = [offer(fresh + dy * stride + dx, offered) for dy, dx in _NEIGHBOURS]
         fresh = np.unique(np.concatenate(changed))
     return reached.reshape(cells.nodes), away.reshape(cells.nodes)
+
+
+# ---------------------------------------------------------------- what no elevation model knows
+
+# How far beyond the outline heights are needed, as triangles cross it, m: the diagonal of the largest squares.
+_BEYOND: Final = np.sqrt(2) * GROUND_CELL * GROUND_BLOCK
+_FARTHEST: Final = APRON + _BEYOND
+_SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0))
+
+
+def interpolated(z: FloatArray) -> FloatArray:
+    """Return heights of corners of squares, (rows, columns), m, with gaps of NaN within them closed.
+
+    These are at most as large as `LARGEST_GAP`, and have the smoothest heights in between: each is the mean of those
+    around it. What reaches the sides of the rectangle stays unknown.
+    """
+    gaps, count = ndimage.label(np.isnan(z))
+    fill = np.bincount(gaps.ravel(), minlength=count + 1) * GROUND_CELL**2 <= LARGEST_GAP
+    fill[np.concatenate([[0], gaps[0], gaps[-1], gaps[:, 0], gaps[:, -1]])] = False
+    row, column = np.nonzero(fill[gaps])
+    if not len(row):
+        return z
+    number = np.full(z.shape, -1)
+    number[row, column] = np.arange(len(row))
+    known = np.zeros(len(row))
+    pairs = []
+    for dy, dx in _SIDES:
+        other = number[row + dy, column + dx]
+        inner = np.flatnonzero(other >= 0)
+        pairs.append(np.column_stack([inner, other[inner]]))
+        known += np.where(other >= 0, 0.0, z[row + dy, column + dx])
+    one, other = np.concatenate(pairs).T.astype(np.int32)
+    size = len(row)
+    matrix = sp.csc_matrix((-np.ones(len(one)), (one, other)), shape=(size, size)) + 4.0 * sp.eye(size, format="csc")
+    out = z.copy()
+    out[row, column] = spsolve(matrix, known)
+    return out
+
+
+def with_strips(cells: Cells, base: FloatArray, rim: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return heights of corners, (rows, columns), m, and how far these lie within the outline of the ground, m.
+
+    Where they are unknown, the ground is as high as the edge of the nearest road, of points `rim` (n, 3), m, and
+    reaches no farther than `APRON` from it.
+    """
+    row, column = np.nonzero(np.isnan(base) & (cells.inside > -_BEYOND))
+    if not len(row):
+        return base, cells.inside
+    out, inside = base.copy(), cells.inside.copy()
+    inside[row, column] = np.minimum(inside[row, column], -GROUND_CELL)
+    if len(rim):
+        at = cells.node_xy().reshape(*cells.nodes, 2)[row, column]
+        away, nearest = PointTree(rim[:, :2]).nearest(at, _FARTHEST)
+        close = np.isfinite(away)
+        row, column, away = row[close], column[close], away[close]
+        out[row, column] = rim[nearest[close], 2]
+        inside[row, column] = np.minimum(cells.inside[row, column], APRON - away)
+    return out, inside
+
+
+def continued(z: FloatArray) -> FloatArray:
+    """Return heights of corners, (rows, columns), m: unknown ones are those of the nearest that is known."""
+    unknown = np.isnan(z)
+    if not unknown.any() or unknown.all():
+        return z
+    row, column = ndimage.distance_transform_edt(unknown, return_distances=False, return_indices=True)
+    return np.asarray(z[row, column])
