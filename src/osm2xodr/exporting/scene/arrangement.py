@@ -58,6 +58,11 @@ class Planes:
         place, face = self._tree.query(shapely.points(xy), predicate="dwithin", distance=reach)
         return place, face
 
+    def within(self, area: Any) -> IntArray:
+        """Return the triangles that share a place with an area."""
+        out: IntArray = self._tree.query(area, predicate="intersects")
+        return out
+
     def cover(self, xy: FloatArray) -> BoolArray:
         """Return which places (n, 2), m, lie on a triangle."""
         out = np.zeros(len(xy), np.bool_)

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 import shapely
 
 from osm2xodr.curves import running_lengths
+from osm2xodr.exporting.scene.arrangement import Planes, first_of, triangles_of
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.model import FloatArray, IntArray
 
 Corner: TypeAlias = tuple[float, float, float]
 Flat: TypeAlias = tuple[float, float]
+
+
+def part_of(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: int | None = None) -> Part:
+    """Return triangles of a level of detail, or of all of them, with just the vertices that they need."""
+    used, number = np.unique(faces, return_inverse=True)
+    corners = vertices[used]
+    own = None if detail is None else np.full(len(faces), detail)
+    return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), own)
 
 
 class Meshes:
@@ -102,8 +111,7 @@ def _triangulated(shape: shapely.Polygon, points: FloatArray) -> IntArray:
     """Return triangles of a polygon, (m, 3), counter-clockwise, as rows of its corners."""
     if not shape.is_valid:
         return np.zeros((0, 3), np.int64)
-    parts = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(shape)))
-    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
+    corners = triangles_of([shape])[0].reshape(-1, 2)
     away = np.abs(corners[:, None, :] - points[None]).sum(2)
     out: IntArray = np.argmin(away, axis=1).reshape(-1, 3)
     return out
@@ -113,29 +121,21 @@ class SurfaceHeights:
     """Finds the height of the road surface at places."""
 
     def __init__(self, surface: RoadSurface) -> None:
-        corners = surface.vertices[surface.faces]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        rows = np.flatnonzero(normal[:, 2] > 1e-9)
-        self._corner, self._normal = corners[rows, 0], normal[rows]
-        self.level = surface.level[rows]
-        self._tree = shapely.STRtree(shapely.polygons(corners[rows][:, :, :2]))
+        self._planes = Planes(surface.vertices[surface.faces], 0.5e-9)
+        self._level = surface.level[self._planes.rows]
 
     def at(self, x: FloatArray, y: FloatArray, near: FloatArray, apart: float = math.inf) -> FloatArray:
         """Return z at inertial x, y, (n,), m, nearest to `near`, which stays where no surface is within `apart`."""
-        place, face = self._tree.query(shapely.points(x, y), predicate="intersects")
-        normal, corner = self._normal[face], self._corner[face]
-        off = np.column_stack([x, y])[place] - corner[:, :2]
-        z = corner[:, 2] - (normal[:, :2] * off).sum(1) / normal[:, 2]
+        xy = np.column_stack([x, y])
+        place, face = self._planes.at(xy)
+        z = self._planes.values(face, xy[place])[:, 0]
         away = np.abs(z - near[place])
-        order = np.lexsort((z, away, place))
-        best = order[np.diff(place[order], prepend=-1) != 0]
+        best = first_of(place, z, away)
         best = best[away[best] < apart]
         out = np.array(near, np.float64)
         out[place[best]] = z[best]
         return out
 
-    def covered(self, shapes: Iterable[shapely.Geometry], level: int) -> list[bool]:
-        """Return whether any of the surface at a level lies in each of some areas in plan."""
-        return [
-            bool((self.level[self._tree.query(shape, predicate="intersects")] == level).any()) for shape in shapes
-        ]
+    def covered(self, shape: shapely.Polygon, level: int) -> bool:
+        """Return whether any of the surface at a level lies in an area in plan."""
+        return bool((self._level[self._planes.within(shape)] == level).any())

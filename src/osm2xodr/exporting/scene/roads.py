@@ -18,6 +18,7 @@ from osm2xodr.curves import connected_groups, runs
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.mesh import KERB
 from osm2xodr.exporting.scene.arrangement import (
+    Planes,
     Soup,
     clusters,
     first_of,
@@ -185,45 +186,29 @@ def _squares(area: shapely.Geometry) -> shapely.Geometry:
 # ---------------------------------------------------------------- heights
 
 
-class _Lanes:
+class _Lanes(Planes):
     """Finds the lanes' triangles that cover places, and their heights there."""
 
     def __init__(
         self, faces: LaneFaces, kind: IntArray, kinds: Sequence[str], group: IntArray, common: BoolArray
     ) -> None:
         corners = faces.corners[:, _HALVES].reshape(-1, 3, 3)
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        kept = np.flatnonzero(normal[:, 2] > 2.0 * _LEAST_AREA)
-        row = kept // 2
-        self.corners, self.kind, self.group = corners[kept], kind[row], group[faces.interval[row]]
-        self.level = faces.level[faces.interval[row]]
-        self.kinds, self.rank = len(kinds), np.array([rank_of(name) for name in kinds], np.int64)
         # Height above the road, s and t; of common areas the mean height, x and y.
-        values = np.concatenate([faces.lift[..., None], faces.uv], axis=2)[:, _HALVES].reshape(-1, 3, 3)[kept]
-        flat = np.concatenate([np.repeat(values[..., :1].mean(1, keepdims=True), 3, 1), self.corners[..., :2]], 2)
-        self._values = np.where(common[self.group, None, None], flat, values)
-        self._tree = shapely.STRtree(shapely.polygons(self.corners[:, :, :2]))
+        values = np.concatenate([faces.lift[..., None], faces.uv], axis=2)[:, _HALVES].reshape(-1, 3, 3)
+        flat = np.concatenate([np.repeat(values[..., :1].mean(1, keepdims=True), 3, 1), corners[..., :2]], 2)
+        in_common = np.repeat(common[group[faces.interval]], 2)
+        values = np.where(in_common[:, None, None], flat, values)
+        super().__init__(np.concatenate([corners, values], axis=2), _LEAST_AREA)
+        row = self.rows // 2
+        self.kind, self.group, self.level = kind[row], group[faces.interval[row]], faces.level[faces.interval[row]]
+        self.kinds, self.rank = len(kinds), np.array([rank_of(name) for name in kinds], np.int64)
 
-    def at(self, xy: FloatArray, group: IntArray, reach: float) -> tuple[IntArray, IntArray, FloatArray]:
+    def heights(self, xy: FloatArray, group: IntArray, reach: float) -> tuple[IntArray, IntArray, FloatArray]:
         """Return pairs of places and triangles of their group (-1: any), and the height of the plane there, m."""
-        place, face = self._tree.query(shapely.points(xy), predicate="dwithin", distance=reach)
+        place, face = self.at(xy, reach)
         kept = (self.group[face] == group[place]) | (group[place] < 0)
         place, face = place[kept], face[kept]
-        return place, face, self._plane(face, xy[place], self.corners[..., 2:])[:, 0]
-
-    def values(self, face: IntArray, xy: FloatArray) -> FloatArray:
-        """Return height above the road, m, and uv of triangles at places."""
-        return self._plane(face, xy, self._values)
-
-    def _plane(self, face: IntArray, xy: FloatArray, values: FloatArray) -> FloatArray:
-        a, b, c = np.moveaxis(self.corners[face, :, :2], 1, 0)
-        off, one, other = xy - a, b - a, c - a
-        area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-        u = (off[:, 0] * other[:, 1] - off[:, 1] * other[:, 0]) / area
-        v = (one[:, 0] * off[:, 1] - one[:, 1] * off[:, 0]) / area
-        at_a, at_b, at_c = np.moveaxis(values[face], 1, 0)
-        out: FloatArray = at_a + u[:, None] * (at_b - at_a) + v[:, None] * (at_c - at_a)
-        return out
+        return place, face, self.values(face, xy[place])[:, 0]
 
 
 def _layers(
@@ -239,9 +224,9 @@ def _layers(
     bare = bare[shapely.is_empty(shapely.buffer(cells[bare], -_SLIVER))]
     cell, shown = np.concatenate([cell, bare]), np.concatenate([shown, np.full(len(bare), -1)])
     group = np.concatenate([group, np.full(len(bare), -1)])
-    item, face, z = lanes.at(inside[cell], group, _AT_CORNER)
+    item, face, z = lanes.heights(inside[cell], group, _AT_CORNER)
     rest = np.setdiff1d(np.arange(len(cell)), item)
-    more = lanes.at(inside[cell[rest]], group[rest], _GAP)
+    more = lanes.heights(inside[cell[rest]], group[rest], _GAP)
     item, face, z = (np.concatenate(pair) for pair in zip((item, face, z), (rest[more[0]], *more[1:]), strict=True))
     # Levels of each cell: heights that lie close to each other.
     layer = clusters(cell[item], z, LEVEL_APART)
@@ -258,16 +243,16 @@ def _layers(
     own, flat = np.repeat(top[of], 3), xy.reshape(-1, 2)
     base = _base(lanes, places, place, lanes.group[own], np.repeat(middle[of], 3))
     more_of = lanes.values(own, flat)
-    lift = np.where(np.repeat((kind == lanes.kind[top])[of], 3), more_of[:, 0], 0.0)
+    lift = np.where(np.repeat((kind == lanes.kind[top])[of], 3), more_of[:, 1], 0.0)
     soup = Soup(place.reshape(-1, 3), places, (base + lift).reshape(-1, 3))
-    return soup, (lanes.level[top] * lanes.kinds + kind)[of], more_of[:, 1:]
+    return soup, (lanes.level[top] * lanes.kinds + kind)[of], more_of[:, 2:]
 
 
 def _base(lanes: _Lanes, places: FloatArray, place: IntArray, group: IntArray, middle: FloatArray) -> FloatArray:
     """Return the mean height of the roads of groups at places, at the level nearest to that of their cell, m."""
     key, corner = np.unique(group * len(places) + place, return_inverse=True)
     of_group, at = np.divmod(key, len(places))
-    row, _, z = lanes.at(places[at], of_group, _AT_CORNER)
+    row, _, z = lanes.heights(places[at], of_group, _AT_CORNER)
     layer = clusters(row, z, LEVEL_APART)
     first, mean = np.unique(layer, return_index=True)[1], np.bincount(layer, weights=z) / np.bincount(layer)
     # All pairs of corners of triangles and levels of their place.

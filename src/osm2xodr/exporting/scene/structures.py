@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 import shapely
 
+from osm2xodr.exporting.scene.arrangement import half_edges, lone
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -47,14 +48,13 @@ def structure_parts(
 
 def _free_edges(surface: RoadSurface, rows: BoolArray, *, alone: bool = False) -> IntArray:
     """Return the edges of some triangles that no other of them has, (n, 2); `alone`: and no other at all."""
-    n = len(surface.vertices)
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    start, end = half_edges(surface.faces)
     own = np.repeat(rows, 3)
-    others = np.ones(len(own), np.bool_) if alone else own
-    free = own & ~np.isin(start * n + end, (end * n + start)[others])
-    upright = (surface.vertices[start, :2] == surface.vertices[end, :2]).all(1)
-    at = np.flatnonzero(free & ~upright)
-    return np.column_stack([start[at], end[at]])
+    free = np.flatnonzero(own & lone(start, end)) if alone else np.flatnonzero(own)[lone(start[own], end[own])]
+    edges = np.column_stack([start[free], end[free]])
+    upright = (surface.vertices[edges[:, 0], :2] == surface.vertices[edges[:, 1], :2]).all(1)
+    out: IntArray = edges[~upright]
+    return out
 
 
 def _shell(
@@ -102,7 +102,7 @@ def _piers(meshes: Meshes, file: OpenDrive, heights: SurfaceHeights, ground: Hei
             size = 0.5 * _PIER, float(half[k])
             around = ((-size[0], -size[1]), (size[0], -size[1]), size, (-size[0], size[1]))
             corners = [(float(x[k]) + cos * u - sin * v, float(y[k]) + sin * u + cos * v) for u, v in around]
-            if not heights.covered([shapely.Polygon(corners)], int(Level.GROUND))[0]:
+            if not heights.covered(shapely.Polygon(corners), Level.GROUND):
                 meshes.prism("Bridge_Pier", "concrete", corners, below[k] - _FOOTING, z[k] - DECK_HEIGHT + _INTO_DECK)
 
 

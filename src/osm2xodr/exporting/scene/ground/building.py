@@ -26,6 +26,7 @@ from osm2xodr.exporting.scene.ground.defaults import (
 )
 from osm2xodr.exporting.scene.ground.heights import Limits, continued, interpolated, node_heights, with_strips
 from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled
+from osm2xodr.exporting.scene.meshes import part_of
 from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.tiles import has_area
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -147,12 +148,12 @@ def _parts(
     for own in leaves:
         for k, (name, material, rows) in enumerate((("Terrain", "grass", land & ~steep), ("Water", "water", ~land))):
             here = faces[rows & ((detail == own) | (detail < 0))]
-            parts.append(_part(name, material, *cut_at_outline(vertices, here, within[:, k]), own))
+            parts.append(part_of(name, material, *cut_at_outline(vertices, here, within[:, k]), own))
     upright, walls = cut_at_outline(vertices, np.concatenate([faces[steep], walls]), within[:, 0])
     met = ~lone(*np.concatenate([edges[portals[0]], sides]).T)[: len(portals[0])]
     lintels, more_walls = _lintels(points[edges[portals[0][met]]], portals[1][met])
     walls = np.concatenate([walls, len(upright) + more_walls])
-    return [*parts, _part("Retaining_Wall", "concrete", np.concatenate([upright, lintels]), walls, None)]
+    return [*parts, part_of("Retaining_Wall", "concrete", np.concatenate([upright, lintels]), walls, None)]
 
 
 def _base(known: FloatArray, level: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -272,11 +273,3 @@ def cut_at_outline(vertices: FloatArray, faces: IntArray, inside: FloatArray) ->
     pieces = np.take_along_axis(number, order, axis=1)[:, _HALVES]
     real = np.column_stack([np.ones(len(corners), np.bool_), kept.sum(1) == 4])
     return np.concatenate([vertices, more]), np.concatenate([faces[whole], pieces[real]])
-
-
-def _part(name: str, material: str, vertices: FloatArray, faces: IntArray, detail: int | None) -> Part:
-    """Return triangles of a level of detail, or of all of them, with just the vertices that they need."""
-    used, number = np.unique(faces, return_inverse=True)
-    corners = vertices[used]
-    own = None if detail is None else np.full(len(faces), detail)
-    return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), own)
