@@ -26,7 +26,7 @@ HOMES = {
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batching.cutting", "fetching"},
     "rasterio": {"system", "fetching"},
-    "shapely": {"exporting", "exporting.scene", "exporting.scene.ground"},
+    "shapely": {"exporting", "exporting.scene"},
     "geopandas": {"exporting"},
     "networkx": {"exporting"},
     "pyogrio": {"exporting"},

@@ -17,10 +17,9 @@ from scipy.spatial import cKDTree
 from xodr_text import read_text
 
 from osm2xodr.errors import InputError, OptionError, OutputError
-from osm2xodr.exporting.scene.folder import carla_names, tiles_info, without_gaps
+from osm2xodr.exporting.scene.folder import Tile, carla_names, in_single_precision, tiles_info, tiles_of, without_gaps
 from osm2xodr.exporting.scene.model import Part
 from osm2xodr.exporting.scene.scene import Scene, make_scene
-from osm2xodr.exporting.scene.tiles import Tile, in_single_precision, tiles_of
 from osm2xodr.model import FloatArray, Surroundings, Water
 from osm2xodr.opendrive import Header, frame_of
 from osm2xodr.python_api import export_scene, read

@@ -9,7 +9,7 @@ edges are noded once; `arrangement` has what makes triangles, and steps where th
 from __future__ import annotations
 
 from osm2xodr.exporting.scene.folder import MANIFEST, SceneFormat, write_scene
-from osm2xodr.exporting.scene.materials import material_of
+from osm2xodr.exporting.scene.model import material_of
 from osm2xodr.exporting.scene.scene import Scene, make_scene
 
 __all__ = ["MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"]

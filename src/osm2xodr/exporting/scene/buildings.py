@@ -14,9 +14,8 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.arrangement import Planes, area_of, half_edges, lone, polygons_of, triangles_of
 from osm2xodr.exporting.scene.ground import Ground
-from osm2xodr.exporting.scene.meshes import part_of
+from osm2xodr.exporting.scene.meshes import Planes, area_of, half_edges, lone, part_of, polygons_of, triangles_of
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, Building, FloatArray
 from osm2xodr.opendrive import Frame

@@ -3,21 +3,193 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.exporting.scene.glb import material_name, write_tile
-from osm2xodr.exporting.scene.materials import material_of
-from osm2xodr.exporting.scene.model import Part
+from osm2xodr.exporting.binary_gltf import TRIANGLES, GltfFile, material, y_up
+from osm2xodr.exporting.scene.meshes import has_area
+from osm2xodr.exporting.scene.model import Part, material_of
 from osm2xodr.exporting.scene.scene import Scene
-from osm2xodr.exporting.scene.tiles import Tile, finest, in_single_precision, tiles_of
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.system import FILES_KEY, ByteSink
+
+# ---------------------------------------------------------------- tiles
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A square of a scene, column and row of which count from inertial x and y = 0 to the east and north."""
+
+    column: int
+    row: int
+    parts: tuple[Part, ...]
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles in all levels of detail."""
+        return sum(len(part.faces) for part in self.parts)
+
+
+def tiles_of(parts: Iterable[Part], size: float) -> list[Tile]:
+    """Return parts cut into tiles of a size, m, row by row from the south-west; a triangle goes where its middle is.
+
+    Parts of several levels of detail come out as one part for each, named ``_LOD0``, ``_LOD1`` …
+    """
+    found: dict[tuple[int, int], list[Part]] = {}
+    for part in parts:
+        middle = part.vertices[part.faces].mean(1)[:, :2]
+        cell = np.floor(middle / size).astype(np.int64)
+        detail = np.zeros(len(part.faces), np.int64) if part.detail is None else part.detail
+        keys, which = np.unique(np.column_stack([cell, detail]), axis=0, return_inverse=True)
+        order = np.argsort(which.ravel(), kind="stable")
+        bounds = np.searchsorted(which.ravel()[order], np.arange(len(keys) + 1))
+        for k, (column, row, level) in enumerate(keys.tolist()):
+            rows = order[bounds[k] : bounds[k + 1]]
+            name = part.name if part.detail is None else f"{part.name}_LOD{level}"
+            found.setdefault((row, column), []).append(replace(part.only(rows), name=name))
+    return [Tile(column, row, tuple(_named(found[row, column]))) for row, column in sorted(found)]
+
+
+def finest(part: Part) -> Part:
+    """Return the finest level of detail of a part, as one without levels."""
+    return part if part.detail is None else part.only(np.flatnonzero(part.detail == 0))
+
+
+def in_single_precision(tile: Tile, middle: Sequence[float]) -> Tile:
+    """Return a tile without triangles that have no area once vertices are single numbers that count from `middle`, m.
+
+    Corners that lie closer than single precision resolves become one there.
+    """
+    parts = []
+    for part in tile.parts:
+        points = (part.vertices - np.asarray(middle)).astype(np.float32).astype(np.float64)
+        kept = np.flatnonzero(has_area(points, part.faces))
+        parts += [part] if len(kept) == len(part.faces) else [part.only(kept)] if len(kept) else []
+    return replace(tile, parts=tuple(parts))
+
+
+def _named(parts: list[Part]) -> Iterator[Part]:
+    """Yield parts by name and material, with a number where several have the same name."""
+    seen: dict[str, int] = {}
+    for part in sorted(parts, key=lambda part: (part.name, part.material)):
+        count = seen[part.name] = seen.get(part.name, 0) + 1
+        yield part if count == 1 else replace(part, name=f"{part.name}_{count}")
+
+
+def normals_of(part: Part) -> FloatArray:
+    """Return the normals of vertices, (n, 3): of the triangles around them, each by its area."""
+    a, b, c = np.moveaxis(part.vertices[part.faces], 1, 0)
+    area = np.cross(b - a, c - a)
+    out = np.zeros((len(part.vertices), 3))
+    for k in range(3):
+        for axis in range(3):
+            out[:, axis] += np.bincount(part.faces[:, k], weights=area[:, axis], minlength=len(out))
+    length = np.linalg.norm(out, axis=1)
+    out[length < 1e-12] = [0.0, 0.0, 1.0]
+    out /= np.where(length < 1e-12, 1.0, length)[:, None]
+    return out
+
+
+# ---------------------------------------------------------------- glTF
+
+_LOD: Final = "MSFT_lod"
+
+
+def write_tile(
+    tile: Tile, middle: Sequence[float], place: Sequence[float], stream: ByteSink, generator: str, credits: str
+) -> None:
+    """Write a tile, each part as a node of its name.
+
+    Vertices count from `middle` (inertial x, y, z, m), and the tile's node stands at `place` (likewise, from the
+    scene's origin). x, y, z of glTF are x, z, -y of OpenDRIVE. Coarser levels of detail of a node hang on it by the
+    extension MSFT_lod, so that programs without it show the finest.
+    """
+    document = _Document()
+    nodes = [document.node(part, middle) for part in tile.parts]
+    finest = [k for k in nodes if not _coarse(document.nodes[k]["name"])]
+    for k in finest:
+        name = document.nodes[k]["name"]
+        if name.endswith("_LOD0"):
+            stem = name.removesuffix("0")
+            ids = [other for other in nodes if other != k and document.nodes[other]["name"].startswith(stem)]
+            if ids:
+                document.nodes[k]["extensions"] = {_LOD: {"ids": ids}}
+                document.lods = True
+    document.nodes.append(
+        {"name": f"Tile_{tile.column}_{tile.row}", "children": finest, "translation": _turned(place)}
+    )
+    document.write(generator, credits, stream)
+
+
+def _coarse(name: str) -> bool:
+    """Whether a node is a coarser level of detail of another one."""
+    stem, _, level = name.rpartition("_LOD")
+    return bool(stem) and level != "0"
+
+
+def _turned(point: Sequence[float]) -> list[float]:
+    """Return x, y, z of glTF for those of OpenDRIVE."""
+    x, y, z = point
+    return [x, z, -y + 0.0]
+
+
+class _Document:
+    """Collects nodes and what they hold."""
+
+    def __init__(self) -> None:
+        self.nodes: list[dict[str, Any]] = []
+        self.lods = False
+        self._file = GltfFile()
+        self._meshes: list[dict[str, Any]] = []
+        self._materials: dict[str, int] = {}
+
+    def node(self, part: Part, middle: Sequence[float]) -> int:
+        """Add a part and return its node."""
+        attributes = {
+            "POSITION": self._file.vertices(y_up(part.vertices - np.asarray(middle)), "VEC3", bounds=True),
+            "NORMAL": self._file.vertices(y_up(normals_of(part)), "VEC3"),
+            "TEXCOORD_0": self._file.vertices(part.uv, "VEC2"),
+        }
+        indices = self._file.triangles(part.faces)
+        number = self._materials.setdefault(part.material, len(self._materials))
+        primitive = {"attributes": attributes, "indices": indices, "material": number, "mode": TRIANGLES}
+        self._meshes.append({"name": part.name, "primitives": [primitive]})
+        self.nodes.append({"name": part.name, "mesh": len(self._meshes) - 1})
+        return len(self.nodes) - 1
+
+    def write(self, generator: str, credits: str, stream: ByteSink) -> None:
+        """Write the file; its scene shows the last node."""
+        asset = {"version": "2.0", "generator": generator}
+        document = {
+            "asset": asset | ({"copyright": credits} if credits else {}),
+            **({"extensionsUsed": [_LOD]} if self.lods else {}),
+            "scene": 0,
+            "scenes": [{"nodes": [len(self.nodes) - 1]}],
+            "nodes": self.nodes,
+            "meshes": self._meshes,
+            "materials": [_material(name) for name in self._materials],
+        }
+        self._file.write(document, stream)
+
+
+def material_name(name: str) -> str:
+    """Return the name of a material in files: letters, digits and underscores."""
+    return f"colour_{name[1:]}" if name.startswith("#") else name
+
+
+def _material(name: str) -> dict[str, Any]:
+    """Return a material."""
+    look = material_of(name)
+    linear = tuple(round(value, 4) for value in look.linear)
+    return material(material_name(name), linear, look.metallic, look.roughness)
+
+
+# ---------------------------------------------------------------- CARLA
 
 TILES_INFO: Final = "TilesInfo.txt"
 # Width of what stands for the ground in tiles without anything, m.
@@ -78,7 +250,7 @@ def package_of(name: str, size: float, files: Sequence[str]) -> dict[str, Any]:
     return {"maps": [entry], "props": []}
 
 
-# ---------------------------------------------------------------- the folder
+# ---------------------------------------------------------------- OBJ
 
 # Rows of text that are formatted at a time.
 _BLOCK: Final = 100_000

@@ -1,10 +1,13 @@
-"""What a scene consists of: parts, each of one material, and the surface of the roads that all of them meet."""
+"""What a scene consists of: parts and their materials, and the surface of the roads that all of them meet."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from types import MappingProxyType
 from typing import Final
+
+import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray, freeze_arrays
 
@@ -38,6 +41,11 @@ class Part:
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+
+    def only(self, rows: IntArray) -> Part:
+        """Return some of the triangles, of no level of detail, with the vertices that they have."""
+        used, faces = np.unique(self.faces[rows], return_inverse=True)
+        return replace(self, vertices=self.vertices[used], uv=self.uv[used], faces=faces.reshape(-1, 3), detail=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,3 +81,83 @@ class Rim:
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+
+
+# ---------------------------------------------------------------- materials
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface looks: base colour, sRGB as #rrggbb, and the other factors of glTF's metallic-roughness model."""
+
+    colour: str
+    roughness: float = 0.9
+    metallic: float = 0.0
+
+    @property
+    def linear(self) -> tuple[float, float, float]:
+        """Red, green and blue of the base colour in linear light, 0 to 1 (IEC 61966-2-1)."""
+        red, green, blue = (int(self.colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+        return _linear(red), _linear(green), _linear(blue)
+
+
+def _linear(value: float) -> float:
+    """Return a channel of sRGB in linear light."""
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
+# Colours and finish are choices.
+MATERIALS: Final = MappingProxyType(
+    {
+        "asphalt": Material("#4a4b4d"),
+        "bus_lane": Material("#6b4a47"),
+        "concrete": Material("#a5a29b"),
+        "cycleway": Material("#8c4a3e"),
+        "grass": Material("#6f8a4f", 1.0),
+        "kerb": Material("#b9b6ae"),
+        "marking_white": Material("#e8e8e4", 0.7),
+        "marking_yellow": Material("#e0b63a", 0.7),
+        "metal": Material("#8b9096", 0.5, 0.6),
+        "paving": Material("#a9a399"),
+        "rail": Material("#6a5f55"),
+        "roof": Material("#96543f"),
+        "roof_flat": Material("#9b978f"),
+        "soil": Material("#84775f", 1.0),
+        "sign_back": Material("#80868c", 0.6, 0.4),
+        "vegetation": Material("#5d8a48", 1.0),
+        "wall": Material("#d3cab8"),
+        "water": Material("#4d7d9c", 0.2),
+    }
+)
+
+# Name and material of lane types; all others are driven on.
+_DRIVEN: Final = ("Road_Road", "asphalt")
+_LANES: Final = MappingProxyType(
+    {
+        "biking": ("Road_Road_Cycleway", "cycleway"),
+        "border": ("Road_Grass", "grass"),
+        "bus": ("Road_Road_Bus", "bus_lane"),
+        "curb": ("Road_Curb", "kerb"),
+        "kerb": ("Road_Curb", "kerb"),
+        "median": ("Road_Grass", "grass"),
+        "none": ("Road_Grass", "grass"),
+        "parking": ("Road_Road_Parking", "asphalt"),
+        "rail": ("Road_Road_Rail", "rail"),
+        "shoulder": ("Road_Gutter", "asphalt"),
+        "sidewalk": ("Road_Sidewalk", "paving"),
+        "tram": ("Road_Road_Rail", "rail"),
+        "walking": ("Road_Sidewalk", "paving"),
+    }
+)
+MARKING: Final = "Road_Marking"
+CROSSWALK: Final = "Road_Crosswalk"
+
+
+def lane_part(kind: str) -> tuple[str, str]:
+    """Return name and material of the surface of a type of lanes."""
+    return _LANES.get(kind, _DRIVEN)
+
+
+def material_of(name: str) -> Material:
+    """Return a material by its name, or one of a plain colour (#rrggbb)."""
+    return Material(name) if name.startswith("#") else MATERIALS[name]

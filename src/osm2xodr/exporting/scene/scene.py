@@ -11,15 +11,14 @@ import numpy as np
 from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.buildings import building_parts
-from osm2xodr.exporting.scene.ground import WaterShapes, build_ground, settled, water_shapes
-from osm2xodr.exporting.scene.marks import mark_parts
-from osm2xodr.exporting.scene.materials import lane_part
-from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
-from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
+from osm2xodr.exporting.scene.ground import build_ground
+from osm2xodr.exporting.scene.levels import settled
+from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights, has_area
+from osm2xodr.exporting.scene.model import Level, Part, RoadSurface, lane_part
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.exporting.scene.structures import structure_parts
-from osm2xodr.exporting.scene.things import object_parts, signal_parts
-from osm2xodr.exporting.scene.tiles import has_area
+from osm2xodr.exporting.scene.things import mark_parts, object_parts, signal_parts
+from osm2xodr.exporting.scene.water import WaterShapes, water_shapes
 from osm2xodr.model import FloatArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive, refuse_crowds
 

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.arrangement import half_edges, lone
-from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights
+from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights, half_edges, lone
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, lane_borders, pose, section_at, surface_points

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import connected_groups, unique_inverse
-from osm2xodr.exporting.scene.arrangement import clusters, places_of
-from osm2xodr.exporting.scene.ground.defaults import COVERED, DEEPEST_CUT, STACKED, TUNNEL_COVER
+from osm2xodr.exporting.scene.defaults import TUNNEL_COVER
+from osm2xodr.exporting.scene.meshes import clusters, places_of
 from osm2xodr.exporting.scene.model import GRID, Level, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Tunnels whose road lies less than this below the ground, m, are passages or galleries: half of their opening, as
+# elevation models may be off by some metres.
+_COVERED: Final = 2.5
+# Roads that lie more than this above another one are on a bridge, m: less comes of chords and cross slopes.
+# A choice.
+_STACKED: Final = 0.5
+# Roads that begin at a portal and lie deeper than this all over are in the tunnel, m: cuttings are not. A choice.
+_DEEPEST_CUT: Final = 15.0
 
 
 def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
@@ -30,7 +40,7 @@ def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
     low = np.full(int(key.max(initial=-1)) + 1, np.inf)
     np.minimum.at(low, key, z[rows])
     out = np.zeros(len(surface.faces), np.bool_)
-    out[rows] = z[rows] > low[key] + STACKED
+    out[rows] = z[rows] > low[key] + _STACKED
     # With those that touch them: between the foot of a bridge and the road below there is ground.
     out[rows] |= np.isin(surface.faces[rows], surface.faces[out]).any(1)
     # Edges in plan at heights: those of the triangles at the sides of steps, and of the steps themselves.
@@ -40,7 +50,7 @@ def stacked(surface: RoadSurface, ground: BoolArray) -> BoolArray:
     steps = np.flatnonzero(ground & upright)
     own = corners[steps].min(1) * count + corners[steps].max(1)
     at = 0.5 * (height + np.roll(height, -1, axis=1)).ravel()
-    edge = clusters(np.concatenate([edges, own]), np.concatenate([at, z[steps]]), STACKED)
+    edge = clusters(np.concatenate([edges, own]), np.concatenate([at, z[steps]]), _STACKED)
     above, below = (
         np.bincount(edge[: len(at)], np.repeat(side[rows], 3), edge.max(initial=0) + 1) for side in (out, ~out)
     )
@@ -82,7 +92,7 @@ def passages(surface: RoadSurface, height: Height) -> BoolArray:
     total = np.bincount(group, weights=area)
     mean = np.bincount(group, weights=area * np.nan_to_num(depth)) / np.maximum(total, 1e-9)
     out = np.zeros(len(surface.faces), np.bool_)
-    out[rows] = ((mean < COVERED) & (total > 0.0))[group]
+    out[rows] = ((mean < _COVERED) & (total > 0.0))[group]
     return out
 
 
@@ -92,7 +102,7 @@ def buried(surface: RoadSurface, height: Height) -> BoolArray:
     portals = _portals(surface, rows, group)
     # Where the ground is not known nothing is deep.
     high, lower = (
-        np.bincount(group[~(depth > least)], minlength=len(portals)) > 0 for least in (TUNNEL_COVER, DEEPEST_CUT)
+        np.bincount(group[~(depth > least)], minlength=len(portals)) > 0 for least in (TUNNEL_COVER, _DEEPEST_CUT)
     )
     out = np.zeros(len(surface.faces), np.bool_)
     # A road in a cutting may lead into one tunnel, and on out of the file.

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from ground_cases import areas, straight, strips
 
-from osm2xodr.exporting.scene.ground import Ground, Height, WaterShapes, build_ground, water_shapes
-from osm2xodr.exporting.scene.ground.water import levelled
+from osm2xodr.exporting.scene.ground import Ground, build_ground
+from osm2xodr.exporting.scene.levels import Height
 from osm2xodr.exporting.scene.model import RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of
+from osm2xodr.exporting.scene.water import WaterShapes, levelled, water_shapes
 from osm2xodr.model import FloatArray, OpenWater, Water, WaterArea
 from osm2xodr.opendrive import Frame, Header, frame_of
 

@@ -17,9 +17,15 @@ from scipy import ndimage
 from scipy.sparse.linalg import spsolve
 
 from osm2xodr.curves import PointTree
-from osm2xodr.exporting.scene.ground.cells import GROUND_BLOCK, Cells, corners_of
-from osm2xodr.exporting.scene.ground.defaults import APRON, CLASH_REACH, GROUND_CELL, LARGEST_GAP, SLOPE
+from osm2xodr.exporting.scene.cells import GROUND_BLOCK, Cells, corners_of
+from osm2xodr.exporting.scene.defaults import APRON, GROUND_CELL, LARGEST_GAP
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Rise of cuts and fills per metre against the ground that was there: 1:2, for most soils stable; RAS-Q has 1:1.5.
+_SLOPE: Final = 0.5
+# How far from an edge of a road the ground there counts although it is neither cut nor filled, as roads at other
+# heights may be close, m. A choice.
+_CLASH_REACH: Final = 60.0
 
 # Corrections spread by one corner a round: by 300 m at most.
 _ROUNDS: Final = 60
@@ -52,7 +58,7 @@ def node_heights(cells: Cells, base: FloatArray, limits: Limits, base_at: FloatA
     # At the edges themselves, of which either limit comes.
     low, high, low_away, high_away = low[clash], high[clash], low_away[clash], high_away[clash]
     share = low_away / np.maximum(low_away + high_away, 1e-9)
-    low, high = low + SLOPE * low_away, high - SLOPE * high_away
+    low, high = low + _SLOPE * low_away, high - _SLOPE * high_away
     correction[clash] = low + share * (high - low)
     out: FloatArray = base + correction
     _on_roads(cells, limits, out)
@@ -87,8 +93,8 @@ def _bound(cells: Cells, limits: Limits, value: FloatArray) -> tuple[FloatArray,
         """Give corners (n,), each once, a point if it is better than what they have; return those that took it."""
         dx, dy = x[node] - px[point], y[node] - py[point]
         off = np.hypot(dx, dy)
-        worth = values[point] - SLOPE * off
-        better = wanted[node] & (worth > reached[node]) & ((worth > 0.0) | (off < CLASH_REACH))
+        worth = values[point] - _SLOPE * off
+        better = wanted[node] & (worth > reached[node]) & ((worth > 0.0) | (off < _CLASH_REACH))
         # An edge does not reach across its own road.
         better &= dx * nx[point] + dy * ny[point] >= 0.0
         at: IntArray = node[better]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from osm2xodr.exporting.scene.ground.open_water import closed_water
+from osm2xodr.exporting.scene.water import closed_water
 from osm2xodr.model import FloatArray
 
 AREA = shapely.box(0.0, 0.0, 200.0, 100.0)

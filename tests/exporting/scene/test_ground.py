@@ -13,7 +13,8 @@ from scene_cases import crossing
 from scene_files import Conversions, scene_named
 
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.ground import Ground, Height, build_ground, settled
+from osm2xodr.exporting.scene.ground import Ground, build_ground
+from osm2xodr.exporting.scene.levels import Height, settled
 from osm2xodr.exporting.scene.model import Level, RoadSurface
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
 from osm2xodr.model import FloatArray, IntArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.ground.open_water import sea_of
+from osm2xodr.exporting.scene.water import sea_of
 from osm2xodr.model import FloatArray
 
 BOX = shapely.box(-1000.0, -1000.0, 1000.0, 1000.0)

@@ -16,9 +16,16 @@ from scipy import ndimage
 
 from osm2xodr.curves import PointTree, ranks
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.ground.defaults import GROUND_CELL, KEEP_OFF, LARGEST_GAP, MOST_CELLS, SAMPLE
-from osm2xodr.exporting.scene.ground.water import WaterShapes
+from osm2xodr.exporting.scene.defaults import GROUND_CELL, LARGEST_GAP
+from osm2xodr.exporting.scene.water import WaterShapes
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Most squares in the rectangle around a scene: 1,000 km², some 2 GB. A choice.
+_MOST_CELLS: Final = 40_000_000
+# How far corners of squares keep from roads at least, m, so that no triangle is a sliver. A choice.
+_KEEP_OFF: Final = 1.5
+# Largest distance between points that stand for edges and faces of roads, m. A fifth of a square.
+_SAMPLE: Final = 1.0
 
 # Squares per side of the largest squares, of which the extent of the ground consists.
 GROUND_BLOCK: Final = 4
@@ -87,8 +94,10 @@ class Cells:
 
 def _node_xy(column: int, row: int, nodes: tuple[int, int]) -> FloatArray:
     """Return x, y of rows and columns of corners, (corners, 2), m."""
-    rows, columns = np.indices(nodes)
-    return GROUND_CELL * np.column_stack([columns.ravel() + column, rows.ravel() + row])
+    out = np.empty((*nodes, 2))
+    out[..., 0] = GROUND_CELL * (column + np.arange(nodes[1]))
+    out[..., 1] = GROUND_CELL * (row + np.arange(nodes[0]))[:, None]
+    return out.reshape(-1, 2)
 
 
 def _squares_at(xy: FloatArray, column: int, row: int, shape: tuple[int, ...]) -> IntArray:
@@ -103,7 +112,7 @@ def corners_of(squares: BoolArray) -> BoolArray:
     return _any_of_four(np.pad(squares, 1))
 
 
-def along_edges(edges: FloatArray, step: float = SAMPLE) -> tuple[FloatArray, IntArray]:
+def along_edges(edges: FloatArray, step: float = _SAMPLE) -> tuple[FloatArray, IntArray]:
     """Return points along edges (n, 2, 2 or 3), both ends among them, and the edge of each.
 
     They are at most `step` apart, m.
@@ -145,7 +154,7 @@ def cells_around(
     margin = int(np.ceil(max(reach, water_reach) / size)) + 3
     low = np.floor(points.min(0) / size).astype(np.int64) - margin
     columns, rows = (np.floor(points.max(0) / size).astype(np.int64) + margin + 1 - low).tolist()
-    if columns * rows * GROUND_BLOCK**2 > MOST_CELLS:
+    if columns * rows * GROUND_BLOCK**2 > _MOST_CELLS:
         extent = columns * rows * size**2 / 1e6
         raise InputError(f"the roads span {extent:,.0f} km², too much for one scene; crop the file first")
     column, row = (GROUND_BLOCK * low).tolist()
@@ -155,7 +164,7 @@ def cells_around(
     inside, beyond = _with_water(near, far, wet >= 0, reach)
     ground = _spread(_groups(_any_of_four(beyond > 0.0), GROUND_BLOCK).any((1, 3)), GROUND_BLOCK)
     # Half a sample lies between a point of an edge and the next one.
-    roads = _touched(rim, KEEP_OFF + 0.5 * SAMPLE, column, row, ground.shape)
+    roads = _touched(rim, _KEEP_OFF + 0.5 * _SAMPLE, column, row, ground.shape)
     if len(rim):
         # The squares at rims part those on roads from those beside them.
         label, _ = ndimage.label(~roads)
@@ -164,7 +173,7 @@ def cells_around(
         on_road = covered(GROUND_CELL * (np.column_stack([at_column + column, at_row + row]) + 0.5))
         roads |= np.where(of == 0, True, on_road)[label]
     shore = along_edges(shapely.get_coordinates(water.shores).reshape(-1, 2, 2))[0]
-    shores = _touched(shore, 0.5 * SAMPLE, column, row, ground.shape) & ground & ~roads
+    shores = _touched(shore, 0.5 * _SAMPLE, column, row, ground.shape) & ground & ~roads
     return Cells(column, row, ground, roads, shores, inside, beyond, wet)
 
 
@@ -275,10 +284,10 @@ def leaf_triangles(cells: Cells, sizes: IntArray, z: FloatArray) -> IntArray:
 
     z, (rows + 1, columns + 1), are the heights of corners, m: diagonals of squares join those of less difference.
     """
-    rows, columns = np.indices(sizes.shape)
-    first = (rows % np.maximum(sizes, 1) == 0) & (columns % np.maximum(sizes, 1) == 0) & (sizes > 0)
-    row, column = np.nonzero(first)
+    row, column = np.nonzero(sizes)
     size = sizes[row, column]
+    first = (row % size == 0) & (column % size == 0)
+    row, column, size = row[first], column[first], size[first]
     used = np.zeros(z.shape, np.bool_)
     for dy in (0, 1):
         for dx in (0, 1):

@@ -1,35 +1,204 @@
-"""The ground as parts of a scene: steps in order."""
+"""The ground around roads: from the elevation model, met by every edge of a road without a gap.
+
+All lines at roads and shores are noded once, and each face between them is land or water. Edges of roads and sides of
+squares do not touch, so that triangles have the very corners of the roads. Where a place has several heights, as at
+portals and at shores of level water, walls stand between triangles.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import shapely
 
-from osm2xodr.exporting.scene.arrangement import Planes, half_edges, lone, steps
-from osm2xodr.exporting.scene.ground.band import Band, band_of, level_water, on_edges, raised
-from osm2xodr.exporting.scene.ground.cells import Cells, along_edges, cells_around, leaf_sizes, leaf_triangles
-from osm2xodr.exporting.scene.ground.covers import Height
-from osm2xodr.exporting.scene.ground.defaults import (
-    APRON,
-    BRIDGE_DEPTH,
-    DETAILS,
-    GROUND_CELL,
-    GROUND_WALL_HEIGHT,
-    GROUND_WALL_SLOPE,
-    LEAST_AREA,
-    REACH,
-    TUNNEL_COVER,
-    TUNNEL_OPENING,
-    WATER_REACH,
+from osm2xodr.curves import PointTree, runs
+from osm2xodr.exporting.scene.cells import Cells, along_edges, cells_around, leaf_sizes, leaf_triangles
+from osm2xodr.exporting.scene.defaults import APRON, GROUND_CELL, REACH, TUNNEL_COVER, TUNNEL_OPENING, WATER_REACH
+from osm2xodr.exporting.scene.levels import Height
+from osm2xodr.exporting.scene.meshes import (
+    Planes,
+    first_of,
+    half_edges,
+    has_area,
+    lone,
+    part_of,
+    places_of,
+    steps,
+    triangles_of,
 )
-from osm2xodr.exporting.scene.ground.heights import Limits, continued, interpolated, node_heights, with_strips
-from osm2xodr.exporting.scene.ground.water import WaterShapes, levelled
-from osm2xodr.exporting.scene.meshes import part_of
-from osm2xodr.exporting.scene.model import Level, Part, Rim, RoadSurface
-from osm2xodr.exporting.scene.tiles import has_area
+from osm2xodr.exporting.scene.model import GRID, Level, Part, Rim, RoadSurface
+from osm2xodr.exporting.scene.slopes import Limits, continued, interpolated, node_heights, with_strips
+from osm2xodr.exporting.scene.water import WaterShapes, levelled
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Levels of detail; each one's squares away from roads are twice as long as the finer one's. A choice.
+_DETAILS: Final = 3
+# Ground steeper than this, rise per metre, and higher than that, m, is a wall. Choices.
+_GROUND_WALL_SLOPE: Final = 2.0
+_GROUND_WALL_HEIGHT: Final = 0.5
+# From the road of a bridge down to the ground below at least, m: its deck of 1 m, and a little.
+_BRIDGE_DEPTH: Final = 1.2
+# Triangles with less area are none, m²: a millimetre times two. A choice.
+_LEAST_AREA: Final = 1e-6
+
+# ---------------------------------------------------------------- roads and shores
+
+# Places closer together than this are the same, m: what is left of rounding.
+_SAME: Final = 1e-6
+# Corners of squares per line across the band.
+_PER_SPOKE: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Triangles of places: those of the roads, then corners of squares, then more."""
+
+    triangles: IntArray  # (n, 3) counter-clockwise
+    area: IntArray  # (n,) The area of water that each is in; -1 for land
+    more: FloatArray  # (k, 2) Places where shores cross other lines, and along them, m
+
+
+def band_of(cells: Cells, xy: FloatArray, rim: IntArray, roads: Planes, water: WaterShapes) -> Band:
+    """Return the ground between the edges of roads, shores and whole squares.
+
+    `xy`, (points, 2), m, are different places, and `rim`, (m, 2), edges between them.
+    """
+    known = np.concatenate([xy, cells.node_xy()])
+    around = cells.sides(cells.roads & cells.ground)
+    around = len(xy) + around[lone(*around.T)]
+    edges = np.concatenate([rim, around, len(xy) + cells.sides(cells.shores)])
+    lines = _lines(known, np.concatenate([edges, _spokes(known, rim, around)]))
+    # Not on a grid, as edges of roads have to stay as they are.
+    noded = shapely.union_all(np.concatenate([lines, water.shores]))
+    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    inside = shapely.get_coordinates(shapely.point_on_surface(faces))
+    kept = cells.has((cells.roads | cells.shores) & cells.ground, inside) & ~roads.cover(inside)
+    corners, of = triangles_of(faces[kept])
+    used, corners = np.unique(edges), corners.reshape(-1, 2)
+    place, first = places_of(np.concatenate([known[used], corners]), _SAME)
+    new = first >= len(used)
+    number = np.where(new, len(known) + np.cumsum(new) - 1, np.append(used, 0)[np.where(new, len(used), first)])
+    return Band(
+        number[place[len(used) :]].reshape(-1, 3),
+        water.found_at(*inside[kept].T)[of],
+        corners[first[new] - len(used)],
+    )
+
+
+def _lines(places: FloatArray, edges: IntArray) -> Any:
+    """Return edges between places as lines."""
+    return shapely.linestrings(places[edges])
+
+
+def _spokes(places: FloatArray, rim: IntArray, around: IntArray) -> IntArray:
+    """Return lines across the band, from corners of squares to the nearest place on a road, that cross no edge.
+
+    They divide it into small pieces, which are triangulated many times as fast as a large one.
+    """
+    corners, ends = np.unique(around)[::_PER_SPOKE], np.unique(rim)
+    if not len(ends):
+        return np.zeros((0, 2), np.int64)
+    spokes = np.column_stack([corners, ends[PointTree(places[ends]).nearest(places[corners])[1]]])
+    edges = np.concatenate([rim, around])
+    spoke, edge = shapely.STRtree(_lines(places, edges)).query(_lines(places, spokes), predicate="intersects")
+    meets = (spokes[spoke][:, :, None] == edges[edge][:, None]).any((1, 2))
+    return np.delete(spokes, np.unique(spoke[~meets]), 0)
+
+
+def raised(triangles: IntArray, xyz: FloatArray, place: IntArray, rim: IntArray) -> IntArray:
+    """Return triangles (n, 3) of points instead of places.
+
+    `place`, (points,), is that of each point of `xyz`, (points, 3), m. `rim`, (m, 2), are edges of points that have
+    the road on their left: those that the ground has to meet. Places without an edge have one point.
+    """
+    point = np.zeros(int(place.max()) + 1, np.int64)
+    point[place] = np.arange(len(place))
+    # Each place has the points of its edges: of several the lowest one.
+    ends, edge = rim.ravel(), np.repeat(np.arange(len(rim)), 2)
+    order = np.lexsort((xyz[ends, 2], place[ends]))
+    ends, edge = ends[order], edge[order]
+    first = np.flatnonzero(np.diff(place[ends], prepend=-1) != 0)
+    count = np.diff(np.append(first, len(ends)))
+    point[place[ends[first]]] = ends[first]
+    out = point[triangles]
+    # Triangles on the right of the line of a higher edge go with it, as above a portal and straight on beside it.
+    many = np.maximum.reduceat(ends, first) > np.minimum.reduceat(ends, first) if len(first) else first > 0
+    rank = np.full(len(point), -1)
+    rank[place[ends[first[many]]]] = np.flatnonzero(many)
+    row, corner = np.nonzero(rank[triangles] >= 0)
+    own = rank[triangles[row, corner]]
+    owner, at = np.repeat(np.arange(len(row)), count[own]), runs(first[own], count[own])
+    begin, along = xyz[rim[edge[at], 0], :2], np.diff(xyz[rim[edge[at]], :2], axis=1)[:, 0]
+    off = xyz[out[row[owner]], :2].mean(1) - begin
+    right = along[:, 0] * off[:, 1] < along[:, 1] * off[:, 0]
+    z = xyz[ends[at], 2]
+    best = first_of(owner, np.where(right, -z, z), ~right)
+    out[row, corner] = ends[at[best]]
+    # Sides at an edge have its points.
+    total = len(point)
+    key = place[rim[:, 1]] * total + place[rim[:, 0]]
+    order = np.argsort(key, kind="stable")
+    start, end = half_edges(triangles)
+    found = np.minimum(np.searchsorted(key[order], start * total + end), max(len(key) - 1, 0))
+    side = np.flatnonzero(key[order][found] == start * total + end) if len(key) else np.zeros(0, np.int64)
+    row, corner, met = side // 3, side % 3, rim[order[found[side]]]
+    out[row, corner], out[row, (corner + 1) % 3] = met[:, 1], met[:, 0]
+    return out
+
+
+def on_edges(xy: FloatArray, z: FloatArray, xyz: FloatArray, edges: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return heights of places (n, 2), m, and edges (m, 2) of points (k, 3) that end at the places on them as well.
+
+    Places on edges are as high as these, the others `z`, (n,), m. They are the points behind those that are given.
+    """
+    tree = shapely.STRtree(_lines(xyz[:, :2], edges))
+    at, edge = tree.query(shapely.points(xy), predicate="dwithin", distance=2.0 * GRID)
+    begin, along = xyz[edges[edge, 0]], xyz[edges[edge, 1]] - xyz[edges[edge, 0]]
+    share = ((xy[at] - begin[:, :2]) * along[:, :2]).sum(1) / np.maximum((along[:, :2] ** 2).sum(1), GRID**2)
+    kept = (share > 0.0) & (share < 1.0)
+    height = (begin[:, 2] + share * along[:, 2])[kept]
+    at, edge, share = at[kept], edge[kept], share[kept]
+    lowest = first_of(at, height)
+    out = z.copy()
+    out[at[lowest]] = height[lowest]
+    # All points along each edge.
+    count = len(edges)
+    edge = np.concatenate([np.tile(np.arange(count), 2), edge])
+    order = np.lexsort((np.concatenate([np.zeros(count), np.ones(count), share]), edge))
+    point = np.concatenate([edges.T.ravel(), len(xyz) + at])[order]
+    goes_on = np.diff(edge[order]) == 0
+    return out, np.column_stack([point[:-1][goes_on], point[1:][goes_on]])
+
+
+def level_water(
+    vertices: FloatArray, place: IntArray, faces: IntArray, area: IntArray, level: FloatArray, fixed: int
+) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+    """Return vertices, the vertex that each comes from, its place, and triangles, of which those in water are level.
+
+    Triangles (n, 3) of vertices (m, 2 or more), m, whose places are given, are in areas of water, -1 for none, of a
+    level, (n,), m, or NaN. Land at its shore is no lower, but for the first `fixed` vertices: those of roads.
+    """
+    wet = np.flatnonzero(np.isfinite(level))
+    high = np.full(int(place.max(initial=-1)) + 1, -np.inf)
+    np.maximum.at(high, place[faces[wet]], level[wet, None])
+    dry = np.unique(faces[~np.isfinite(level)])
+    dry = dry[dry >= fixed]
+    vertices = vertices.copy()
+    vertices[dry, 2] = np.maximum(vertices[dry, 2], high[place[dry]])
+    # One corner of each area at a vertex.
+    key = np.repeat(area[wet], 3) * len(vertices) + faces[wet].ravel()
+    key, first, corner = np.unique(key, return_index=True, return_inverse=True)
+    own = key % len(vertices)
+    flat = np.column_stack([vertices[own, :2], np.repeat(level[wet], 3)[first]])
+    out = faces.copy()
+    out[wet] = len(vertices) + corner.reshape(-1, 3)
+    origin = np.concatenate([np.arange(len(vertices)), own])
+    return np.concatenate([vertices, flat]), origin, place[origin], out
+
+
+# ---------------------------------------------------------------- all of it
 
 # Corners and crossings of a cut triangle in order: pairs of corners, those of corners with themselves.
 _AROUND: Final = np.array([[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]])
@@ -97,7 +266,7 @@ def build_ground(
     unknown, between = (GROUND_CELL**2 * int(some.sum()) for some in (lost, guessed))
     cells = replace(cells, inside=inside)
     band = band_of(cells, xy, flat, roads, water)
-    details = range(DETAILS - 1 if coarsest_alone else 0, DETAILS)
+    details = range(_DETAILS - 1 if coarsest_alone else 0, _DETAILS)
     leaves = {detail: leaf_triangles(cells, leaf_sizes(cells, detail, tile), z) for detail in details}
     portals = np.flatnonzero(rim.beyond == Level.TUNNEL)
     below = surface.vertices[rim.edges[portals]]
@@ -131,12 +300,13 @@ def _parts(
     area = np.concatenate([band.area, *(cells.water.ravel()[rows[:, 0]] for rows in leaves.values())])
     detail = np.repeat([-1, *leaves], [len(triangles), *map(len, leaves.values())])
     vertices, origin, places, faces = level_water(vertices, places, faces, area, water.level_of(area), len(points))
-    kept = has_area(vertices, faces, LEAST_AREA)
+    kept = np.ones(len(faces), np.bool_)
+    kept[: len(triangles)] = has_area(vertices, faces[: len(triangles)], _LEAST_AREA)
     faces, area, detail = faces[kept], area[kept], detail[kept]
     # Walls stand where triangles of the band and roads that meet differ in height.
     sides = np.concatenate([np.column_stack(half_edges(faces[detail < 0])), split])
     walls, _, _ = steps(sides[:, 0], sides[:, 1], places, vertices, np.inf)
-    walls = walls[has_area(vertices, walls, LEAST_AREA)]
+    walls = walls[has_area(vertices, walls, _LEAST_AREA)]
     fields = cells.inside, cells.inside_water
     more = np.column_stack([cells.between(field, *band.more.T) for field in fields])
     corners = np.column_stack([field.ravel() for field in fields])
@@ -215,7 +385,7 @@ def _limits(edges: FloatArray, beyond: IntArray, above: FloatArray, below: Float
     normal = np.column_stack([along[:, 1], -along[:, 0]])[edge]
     count = [len(rim), len(below), len(above)]
     return Limits(
-        np.concatenate([rim, _raised(below, TUNNEL_COVER), _raised(above, -BRIDGE_DEPTH)]),
+        np.concatenate([rim, _raised(below, TUNNEL_COVER), _raised(above, -_BRIDGE_DEPTH)]),
         np.concatenate([normal, np.zeros((count[1] + count[2], 2))]),
         np.repeat([True, True, False], count),
         # The ground above a portal may be higher.
@@ -227,8 +397,8 @@ def _steep(corners: FloatArray) -> BoolArray:
     """Return which triangles (n, 3, 3) are walls."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     rise = np.hypot(normal[:, 0], normal[:, 1])
-    out: BoolArray = (rise > GROUND_WALL_SLOPE * np.abs(normal[:, 2])) & (
-        np.ptp(corners[..., 2], axis=1) > GROUND_WALL_HEIGHT
+    out: BoolArray = (rise > _GROUND_WALL_SLOPE * np.abs(normal[:, 2])) & (
+        np.ptp(corners[..., 2], axis=1) > _GROUND_WALL_HEIGHT
     )
     return out
 
