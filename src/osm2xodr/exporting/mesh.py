@@ -155,10 +155,15 @@ def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
     for triangles in faces.values():
         used[triangles] = True
     number, kept = np.cumsum(used) - 1, vertices[used]
-    middle = np.round(0.5 * (kept.min(0) + kept.max(0)) / _ORIGIN_GRID) * _ORIGIN_GRID
-    origin = np.where(np.abs(kept).max(0) > _LARGEST_COORDINATE, middle, 0.0)
-    x, y, z = origin.tolist()
-    return RoadMesh(kept - origin, (x, y, z), {kind: number[triangles] for kind, triangles in faces.items()})
+    origin = file_origin(kept)
+    return RoadMesh(kept - origin, origin, {kind: number[triangles] for kind, triangles in faces.items()})
+
+
+def file_origin(vertices: FloatArray) -> tuple[float, float, float]:
+    """Return the point that files count from: 0, 0, 0 unless coordinates are too large for single precision."""
+    middle = np.round(0.5 * (vertices.min(0) + vertices.max(0)) / _ORIGIN_GRID) * _ORIGIN_GRID
+    x, y, z = np.where(np.abs(vertices).max(0) > _LARGEST_COORDINATE, middle, 0.0).tolist()
+    return x, y, z
 
 
 def color_of(kind: str) -> tuple[float, float, float]:

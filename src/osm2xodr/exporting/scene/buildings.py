@@ -15,7 +15,17 @@ import numpy as np
 import shapely
 
 from osm2xodr.exporting.scene.ground import Ground
-from osm2xodr.exporting.scene.meshes import Planes, area_of, half_edges, lone, part_of, polygons_of, triangles_of
+from osm2xodr.exporting.scene.meshes import (
+    Meshes,
+    Planes,
+    area_of,
+    half_edges,
+    lone,
+    part_of,
+    polygons_of,
+    triangles_of,
+    walls_between,
+)
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, Building, FloatArray
 from osm2xodr.opendrive import Frame
@@ -206,7 +216,7 @@ class _Roof:
         e, side = self.ridge, max(self.ridge, 2.0 - self.ridge)
         slopes = [[(-e, 0.0), (e, 0.0), (side, 2.0), (-side, 2.0)], [(e, 0.0), (side, -2.0), (side, 2.0)]]
         rings = [sign * np.array(ring) for ring in slopes[: 2 if e < 1.0 else 1] for sign in (1.0, -1.0)]
-        sides = np.array([shapely.Polygon(self.middle + ring @ self.half) for ring in rings])
+        sides = np.array([shapely.Polygon(self.middle + (ring[:, :, None] * self.half).sum(1)) for ring in rings])
         xy, _ = triangles_of(polygons_of(shapely.intersection(area, sides)))
         off = xy - self.middle
         u, v = (np.abs((off * axis).sum(2)) / (axis**2).sum() for axis in self.half)
@@ -260,30 +270,21 @@ def _parts_of(blocks: Sequence[_Block]) -> tuple[Part, ...]:
     hangs = np.array([block.hangs for block in blocks])[owner]
     start, end = half_edges(faces)
     outer = np.flatnonzero(lone(start, end))
-    walls, walls_uv = _walls(vertices[start[outer]], vertices[end[outer]], low[outer // 3])
+    edges = np.stack([vertices[start[outer]], vertices[end[outer]]], axis=1)
+    feet = edges.copy()
+    feet[..., 2] = low[outer // 3, None]
+    standing = Meshes()
+    standing.add(_NAME, "wall", *walls_between(feet, edges))
     floors = vertices[faces[hangs][:, ::-1]]
     floors[..., 2] = low[hangs, None]
-    standing = np.concatenate([walls, floors]).reshape(-1, 3)
-    standing_uv = np.concatenate([walls_uv, floors[..., :2]]).reshape(-1, 2)
+    floors = floors.reshape(-1, 3)
+    standing.add(_NAME, "wall", floors, floors[:, :2], np.arange(len(floors)).reshape(-1, 3))
     flat = np.array([block.roof.ridge is None for block in blocks])[owner]
     return (
-        Part(_NAME, "wall", standing, standing_uv, np.arange(len(standing)).reshape(-1, 3)),
+        *standing.parts(),
         part_of(_NAME, "roof", vertices, faces[~flat]),
         part_of(_NAME, "roof_flat", vertices, faces[flat]),
     )
-
-
-def _walls(start: FloatArray, end: FloatArray, low: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the triangles of walls below edges, (n, 3, 3), m, and their u along the wall and v from its foot."""
-    foot, last = start.copy(), end.copy()
-    foot[:, 2] = last[:, 2] = low
-    length = np.hypot(*(end - start)[:, :2].T)
-    zero = np.zeros(len(start))
-    quads = np.stack([foot, last, end, start], 1)
-    u = np.column_stack([zero, length, length, zero])
-    v = np.column_stack([zero, zero, end[:, 2] - low, start[:, 2] - low])
-    halves = np.array([0, 1, 2, 0, 2, 3])
-    return quads[:, halves].reshape(-1, 3, 3), np.stack([u, v], -1)[:, halves].reshape(-1, 3, 2)
 
 
 # ---------------------------------------------------------------- heights and blocks

@@ -109,72 +109,40 @@ def write_tile(
     scene's origin). x, y, z of glTF are x, z, -y of OpenDRIVE. Coarser levels of detail of a node hang on it by the
     extension MSFT_lod, so that programs without it show the finest.
     """
-    document = _Document()
-    nodes = [document.node(part, middle) for part in tile.parts]
-    finest = [k for k in nodes if not _coarse(document.nodes[k]["name"])]
-    for k in finest:
-        name = document.nodes[k]["name"]
-        if name.endswith("_LOD0"):
-            stem = name.removesuffix("0")
-            ids = [other for other in nodes if other != k and document.nodes[other]["name"].startswith(stem)]
-            if ids:
-                document.nodes[k]["extensions"] = {_LOD: {"ids": ids}}
-                document.lods = True
-    document.nodes.append(
-        {"name": f"Tile_{tile.column}_{tile.row}", "children": finest, "translation": _turned(place)}
-    )
-    document.write(generator, credits, stream)
-
-
-def _coarse(name: str) -> bool:
-    """Whether a node is a coarser level of detail of another one."""
-    stem, _, level = name.rpartition("_LOD")
-    return bool(stem) and level != "0"
-
-
-def _turned(point: Sequence[float]) -> list[float]:
-    """Return x, y, z of glTF for those of OpenDRIVE."""
-    x, y, z = point
-    return [x, z, -y + 0.0]
-
-
-class _Document:
-    """Collects nodes and what they hold."""
-
-    def __init__(self) -> None:
-        self.nodes: list[dict[str, Any]] = []
-        self.lods = False
-        self._file = GltfFile()
-        self._meshes: list[dict[str, Any]] = []
-        self._materials: dict[str, int] = {}
-
-    def node(self, part: Part, middle: Sequence[float]) -> int:
-        """Add a part and return its node."""
+    file, lods = GltfFile(), False
+    materials = list(dict.fromkeys(part.material for part in tile.parts))
+    nodes = list[dict[str, Any]]()
+    meshes = []
+    for k, part in enumerate(tile.parts):
         attributes = {
-            "POSITION": self._file.vertices(y_up(part.vertices - np.asarray(middle)), "VEC3", bounds=True),
-            "NORMAL": self._file.vertices(y_up(normals_of(part)), "VEC3"),
-            "TEXCOORD_0": self._file.vertices(part.uv, "VEC2"),
+            "POSITION": file.vertices(y_up(part.vertices - np.asarray(middle)), "VEC3", bounds=True),
+            "NORMAL": file.vertices(y_up(normals_of(part)), "VEC3"),
+            "TEXCOORD_0": file.vertices(part.uv, "VEC2"),
         }
-        indices = self._file.triangles(part.faces)
-        number = self._materials.setdefault(part.material, len(self._materials))
-        primitive = {"attributes": attributes, "indices": indices, "material": number, "mode": TRIANGLES}
-        self._meshes.append({"name": part.name, "primitives": [primitive]})
-        self.nodes.append({"name": part.name, "mesh": len(self._meshes) - 1})
-        return len(self.nodes) - 1
-
-    def write(self, generator: str, credits: str, stream: ByteSink) -> None:
-        """Write the file; its scene shows the last node."""
-        asset = {"version": "2.0", "generator": generator}
-        document = {
-            "asset": asset | ({"copyright": credits} if credits else {}),
-            **({"extensionsUsed": [_LOD]} if self.lods else {}),
-            "scene": 0,
-            "scenes": [{"nodes": [len(self.nodes) - 1]}],
-            "nodes": self.nodes,
-            "meshes": self._meshes,
-            "materials": [_material(name) for name in self._materials],
-        }
-        self._file.write(document, stream)
+        look = {"material": materials.index(part.material), "mode": TRIANGLES}
+        primitive = {"attributes": attributes, "indices": file.triangles(part.faces), **look}
+        meshes.append({"name": part.name, "primitives": [primitive]})
+        nodes.append({"name": part.name, "mesh": k})
+    names = [part.name for part in tile.parts]
+    finest = [k for k, name in enumerate(names) if "_LOD" not in name or name.endswith("_LOD0")]
+    for k in finest:
+        ids = [other for other, name in enumerate(names) if other != k and name[:-1] == names[k][:-1]]
+        if names[k].endswith("_LOD0") and ids:
+            nodes[k]["extensions"] = {_LOD: {"ids": ids}}
+            lods = True
+    x, y, z = place
+    nodes.append({"name": f"Tile_{tile.column}_{tile.row}", "children": finest, "translation": [x, z, -y + 0.0]})
+    asset = {"version": "2.0", "generator": generator}
+    document = {
+        "asset": asset | ({"copyright": credits} if credits else {}),
+        **({"extensionsUsed": [_LOD]} if lods else {}),
+        "scene": 0,
+        "scenes": [{"nodes": [len(nodes) - 1]}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": [_material(name) for name in materials],
+    }
+    file.write(document, stream)
 
 
 def material_name(name: str) -> str:

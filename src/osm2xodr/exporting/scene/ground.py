@@ -27,6 +27,7 @@ from osm2xodr.exporting.scene.meshes import (
     places_of,
     steps,
     triangles_of,
+    walls_between,
 )
 from osm2xodr.exporting.scene.model import GRID, Level, Part, Rim, RoadSurface
 from osm2xodr.exporting.scene.slopes import Limits, continued, interpolated, node_heights, with_strips
@@ -321,7 +322,9 @@ def _parts(
             parts.append(part_of(name, material, *cut_at_outline(vertices, here, within[:, k]), own))
     upright, walls = cut_at_outline(vertices, np.concatenate([faces[steep], walls]), within[:, 0])
     met = ~lone(*np.concatenate([edges[portals[0]], sides]).T)[: len(portals[0])]
-    lintels, more_walls = _lintels(points[edges[portals[0][met]]], portals[1][met])
+    # Between the opening of tunnels and the ground above.
+    over, opening = points[edges[portals[0][met]]], _raised(portals[1][met], TUNNEL_OPENING)
+    lintels, _, more_walls = walls_between(opening[:, ::-1], over[:, ::-1])
     walls = np.concatenate([walls, len(upright) + more_walls])
     return [*parts, part_of("Retaining_Wall", "concrete", np.concatenate([upright, lintels]), walls, None)]
 
@@ -401,17 +404,6 @@ def _steep(corners: FloatArray) -> BoolArray:
         np.ptp(corners[..., 2], axis=1) > _GROUND_WALL_HEIGHT
     )
     return out
-
-
-def _lintels(over: FloatArray, road: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return corners and triangles of the walls between the openings of tunnels and the ground above.
-
-    `over` and `road`, (n, 2, 3), are edges of the ground and of the road below, which is on their left.
-    """
-    low = _raised(road, TUNNEL_OPENING)
-    quads = np.stack([over[:, 0], over[:, 1], low[:, 1], low[:, 0]], 1)
-    first = 4 * np.arange(len(quads))[:, None]
-    return quads.reshape(-1, 3), (first + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
 
 
 def _raised(points: FloatArray, by: float) -> FloatArray:

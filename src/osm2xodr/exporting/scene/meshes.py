@@ -14,7 +14,6 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import shapely
 
-from osm2xodr.curves import running_lengths
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.furniture_shapes import LEVEL_APART
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -203,6 +202,19 @@ def part_of(name: str, material: str, vertices: FloatArray, faces: IntArray, det
     return Part(name, material, corners, corners[:, :2].copy(), number.reshape(-1, 3), own)
 
 
+def walls_between(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return vertices, uv and triangles of upright faces between edges, (n, 2, 3), m, and those above or below them.
+
+    They are seen from the right of edges below. Each has its own corners, so that edges between them are sharp.
+    """
+    corners = np.concatenate([low, high[:, ::-1]], axis=1).reshape(-1, 3)
+    along = np.hypot(*(low[:, 1] - low[:, 0])[:, :2].T)
+    zero = np.zeros(len(low))
+    u = np.column_stack([zero, along, along, zero]).ravel()
+    faces = 4 * np.arange(len(low))[:, None] + np.array([[0, 1, 2, 0, 2, 3]])
+    return corners, np.column_stack([u, corners[:, 2] - np.repeat(low[:, 0, 2], 4)]), faces.reshape(-1, 3)
+
+
 class Meshes:
     """Collects triangles by name and material."""
 
@@ -214,39 +226,24 @@ class Meshes:
         if len(faces):
             self._found.setdefault((name, material), []).append((vertices, uv, faces))
 
-    def polygon(self, name: str, material: str, corners: Sequence[Corner]) -> None:
-        """Add a plane area by its corners in space, which is not upright."""
-        flat = shapely.Polygon([(x, y) for x, y, _ in corners])
-        if not flat.is_valid or flat.area < 1e-6:
-            return
-        points = np.array(corners)
-        faces = _triangulated(flat, points[:, :2])
-        self.add(name, material, points, points[:, :2], faces)
-
-    def face(self, name: str, material: str, corners: Sequence[Corner], across: Sequence[Flat]) -> None:
-        """Add a plane area in space by its corners there, and in its own plane."""
-        faces = _triangulated(shapely.Polygon(across), np.array(across))
-        self.add(name, material, np.array(corners), np.array(across), faces)
+    def face(self, name: str, material: str, corners: FloatArray, across: FloatArray) -> None:
+        """Add a plane area by its corners in space, (n, 3), and in its own plane, (n, 2), m, if it has any area."""
+        shape = shapely.Polygon(across)
+        if shape.is_valid and shape.area > _LEAST_AREA:
+            points = triangles_of([shape])[0].reshape(-1, 2)
+            away = np.abs(points[:, None, :] - across[None]).sum(2)
+            self.add(name, material, corners, across, np.argmin(away, axis=1).reshape(-1, 3))
 
     def prism(self, name: str, material: str, corners: Sequence[Flat], low: float, high: float) -> None:
         """Add a body over an area: its walls and its lid."""
         flat = shapely.Polygon(corners)
-        if not flat.is_valid or flat.area < 1e-6:
+        if not flat.is_valid or flat.area < _LEAST_AREA:
             return
         ring = np.array(corners if flat.exterior.is_ccw else corners[::-1])
-        n = len(ring)
-        k = np.arange(n)
-        along = running_lengths(np.concatenate([ring, ring[:1]]))
-        a = np.column_stack([ring, np.full(n, low)])
-        b = np.column_stack([ring, np.full(n, high)])
-        after = (k + 1) % n
-        # Each wall has its own corners, so that edges are sharp.
-        walls = np.stack([a, a[after], b[after], b], axis=1).reshape(-1, 3)
-        sizes = [np.column_stack([along[:-1], a[:, 2]]), np.column_stack([along[1:], a[:, 2]])]
-        sizes += [np.column_stack([along[1:], b[:, 2]]), np.column_stack([along[:-1], b[:, 2]])]
-        quads = 4 * k[:, None] + np.array([[0, 1, 2, 0, 2, 3]])
-        self.add(name, material, walls, np.stack(sizes, axis=1).reshape(-1, 2), quads.reshape(-1, 3))
-        self.add(name, material, b, ring, _triangulated(flat, ring))
+        a, b = (np.column_stack([ring, np.full(len(ring), z)]) for z in (low, high))
+        edges = np.stack([np.arange(len(ring)), (np.arange(len(ring)) + 1) % len(ring)], axis=1)
+        self.add(name, material, *walls_between(a[edges], b[edges]))
+        self.face(name, material, b, ring)
 
     def post(self, name: str, material: str, at: Corner, high: float, *radii: float) -> None:
         """Add a round body with six sides that stands at a place, by its radius below and, if it differs, above."""
@@ -282,16 +279,6 @@ class Meshes:
             vertices, uv = (np.concatenate([piece[k] for piece in pieces]) for k in (0, 1))
             out.append(Part(name, material, vertices, uv, np.concatenate(faces)))
         return out
-
-
-def _triangulated(shape: shapely.Polygon, points: FloatArray) -> IntArray:
-    """Return triangles of a polygon, (m, 3), counter-clockwise, as rows of its corners."""
-    if not shape.is_valid:
-        return np.zeros((0, 3), np.int64)
-    corners = triangles_of([shape])[0].reshape(-1, 2)
-    away = np.abs(corners[:, None, :] - points[None]).sum(2)
-    out: IntArray = np.argmin(away, axis=1).reshape(-1, 3)
-    return out
 
 
 class SurfaceHeights:

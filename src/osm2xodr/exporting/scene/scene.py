@@ -10,6 +10,7 @@ import numpy as np
 
 from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
+from osm2xodr.exporting.mesh import file_origin
 from osm2xodr.exporting.scene.buildings import building_parts
 from osm2xodr.exporting.scene.ground import build_ground
 from osm2xodr.exporting.scene.levels import settled
@@ -21,11 +22,6 @@ from osm2xodr.exporting.scene.things import mark_parts, object_parts, signal_par
 from osm2xodr.exporting.scene.water import WaterShapes, water_shapes
 from osm2xodr.model import FloatArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive, refuse_crowds
-
-# Scenes farther from the file's origin count from an origin of their own, m, on a grid of this width, m: single
-# precision resolves a millimetre up to there. Those of `osm2xodr.exporting.mesh`.
-_LARGEST_COORDINATE = 16_384.0
-_ORIGIN_GRID = 1000.0
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -107,7 +103,7 @@ def make_scene(
     if not sound:
         raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
     kept, layers = zip(*sound, strict=True)
-    return Scene(kept, layers, _origin(surface.vertices), tuple(notes))
+    return Scene(kept, layers, file_origin(surface.vertices), tuple(notes))
 
 
 def _open_water(water: WaterShapes, unclosed: Sequence[str]) -> list[str]:
@@ -153,15 +149,5 @@ def surface_parts(surface: RoadSurface) -> list[Part]:
 def _sound(part: Part) -> Part:
     """Return a part without triangles that have no area."""
     kept = np.flatnonzero(has_area(part.vertices, part.faces))
-    if len(kept) == len(part.faces):
-        return part
     detail = None if part.detail is None else part.detail[kept]
-    return replace(part, faces=part.faces[kept], detail=detail)
-
-
-def _origin(vertices: FloatArray) -> tuple[float, float, float]:
-    """Return the point that files count from: 0, 0, 0 unless coordinates are too large for single precision."""
-    low, high = vertices.min(0), vertices.max(0)
-    middle = np.round(0.5 * (low + high) / _ORIGIN_GRID) * _ORIGIN_GRID
-    x, y, z = np.where(np.abs(vertices).max(0) > _LARGEST_COORDINATE, middle, 0.0).tolist()
-    return x, y, z
+    return part if len(kept) == len(part.faces) else replace(part, faces=part.faces[kept], detail=detail)

@@ -14,9 +14,8 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 from scipy import ndimage
-from scipy.sparse.linalg import spsolve
 
-from osm2xodr.curves import PointTree
+from osm2xodr.curves import PointTree, solve_sparse
 from osm2xodr.exporting.scene.cells import GROUND_BLOCK, Cells, corners_of
 from osm2xodr.exporting.scene.defaults import APRON, GROUND_CELL, LARGEST_GAP
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -152,11 +151,11 @@ def interpolated(z: FloatArray) -> FloatArray:
         inner = np.flatnonzero(other >= 0)
         pairs.append(np.column_stack([inner, other[inner]]))
         known += np.where(other >= 0, 0.0, z[row + dy, column + dx])
-    one, other = np.concatenate(pairs).T.astype(np.int32)
-    size = len(row)
-    matrix = sp.csc_matrix((-np.ones(len(one)), (one, other)), shape=(size, size)) + 4.0 * sp.eye(size, format="csc")
+    one, other = np.concatenate([*pairs, np.tile(np.arange(len(row)), (2, 1)).T]).T
+    # Each is four times there, less those around it.
+    weight = np.append(np.full(len(one) - len(row), -1.0), np.full(len(row), 4.0))
     out = z.copy()
-    out[row, column] = spsolve(matrix, known)
+    out[row, column] = solve_sparse(sp.csr_matrix((weight, (one, other)), shape=(len(row), len(row))), known)
     return out
 
 

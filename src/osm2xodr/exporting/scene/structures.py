@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import shapely
 
-from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights, half_edges, lone
+from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights, half_edges, lone, walls_between
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, lane_borders, pose, section_at, surface_points
@@ -62,22 +62,9 @@ def _shell(
     """Add a copy of some triangles `up` m above them, that shows its back, and walls between at some edges."""
     used, faces = np.unique(surface.faces[rows][:, ::-1], return_inverse=True)
     meshes.add(*part, surface.vertices[used] + [0.0, 0.0, up], surface.uv[used], faces.reshape(-1, 3))
-    a, b = surface.vertices[edges[:, 0]], surface.vertices[edges[:, 1]]
-    rise = np.array([0.0, 0.0, up])
-    walls = np.stack([a, a + rise, b + rise, b], axis=1).reshape(-1, 3)
-    length = np.hypot(*(b - a)[:, :2].T)
-    zero = np.zeros(len(edges))
-    uv = np.stack(
-        [
-            np.column_stack([zero, zero]),
-            np.column_stack([zero, zero + up]),
-            np.column_stack([length, zero + up]),
-            np.column_stack([length, zero]),
-        ],
-        axis=1,
-    ).reshape(-1, 2)
-    quads = 4 * np.arange(len(edges))[:, None] + np.array([[0, 1, 2, 0, 2, 3]])
-    meshes.add(*part, walls, uv, quads.reshape(-1, 3))
+    ends = surface.vertices[edges]
+    name, material = part
+    meshes.add(name, material, *walls_between(ends + np.array([0.0, 0.0, up]), ends))
 
 
 def _piers(meshes: Meshes, file: OpenDrive, heights: SurfaceHeights, ground: Height) -> None:

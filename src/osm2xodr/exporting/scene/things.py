@@ -283,7 +283,7 @@ def _draped(
         return
     flat = np.array(ring.exterior.coords)[:-1]
     z = heights.at(flat[:, 0], flat[:, 1], np.full(len(flat), near), _REACH) + lift
-    meshes.polygon(name, material, [(x, y, up) for (x, y), up in zip(flat.tolist(), z.tolist(), strict=True)])
+    meshes.face(name, material, np.column_stack([flat, z]), flat)
 
 
 def _add_signal(meshes: Meshes, signal: PlacedSignal, heading: float) -> None:
@@ -311,7 +311,7 @@ def _add_signal(meshes: Meshes, signal: PlacedSignal, heading: float) -> None:
             for u, v in corners
         ]
         plane = [(u, -v) for u, v in corners]
-        meshes.face(name, colour, places, plane)
+        meshes.face(name, colour, np.array(places), np.array(plane))
         if not layer:
-            behind = [(x - out * ahead[0], y - out * ahead[1], z) for x, y, z in places]
-            meshes.face(name, "sign_back", behind[::-1], [(-u, v) for u, v in plane][::-1])
+            behind = np.array(places)[::-1] - out * np.array([*ahead, 0.0])
+            meshes.face(name, "sign_back", behind, np.array(plane)[::-1] * [-1.0, 1.0])
