@@ -74,7 +74,17 @@ from osm2xodr.curves.records import find_record, pose, project
 from osm2xodr.curves.spirals import advance, arc_step, spirals_between
 from osm2xodr.curves.table import RaggedTable, Table, join_tables
 from osm2xodr.curves.transverse_mercator import from_mercator, to_mercator
-from osm2xodr.curves.trigonometry import arccosine, arcsine, arctan2, cosine, hypot, sine, sine_cosine, slope_of
+from osm2xodr.curves.trigonometry import (
+    arccosine,
+    arcsine,
+    arctan2,
+    cosine,
+    cosine_sine,
+    hypot,
+    sine,
+    sine_cosine,
+    slope_of,
+)
 
 __all__ = [
     "CLEARANCE_STEP",
@@ -100,6 +110,7 @@ __all__ = [
     "close_places",
     "connected_groups",
     "cosine",
+    "cosine_sine",
     "cube_root",
     "cubic_slope",
     "cubic_value",

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from osm2xodr import defaults
 from osm2xodr.curves.plan_views import SHORTEST_PIECE, curves_of, replace_curves, wrapped
 from osm2xodr.curves.ragged import owners, sorted_unique
-from osm2xodr.curves.trigonometry import arccosine, arcsine, arctan2, cosine, hypot, sine
+from osm2xodr.curves.trigonometry import arccosine, arcsine, arctan2, cosine_sine, hypot
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of all but a full turn is a rounding error of no arc at all, rad.
@@ -133,7 +133,8 @@ def _three_arcs(
 
 def _unit(hdg: FloatArray) -> _Points:
     """Return the vectors of length 1 in some directions."""
-    return np.asarray(cosine(hdg) + 1j * sine(hdg))
+    along, across = cosine_sine(hdg)
+    return np.asarray(along + 1j * across)
 
 
 def _size(vector: _Points) -> FloatArray:

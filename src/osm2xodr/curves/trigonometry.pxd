@@ -17,4 +17,6 @@ cpdef void sines(const double[:] x, double[:] out) noexcept nogil
 
 cpdef void cosines(const double[:] x, double[:] out) noexcept nogil
 
+cpdef void directions(const double[:] x, double[:] along, double[:] across) noexcept nogil
+
 cpdef void arctangents(const double[:] y, const double[:] x, double[:] out) noexcept nogil

@@ -128,6 +128,12 @@ def cosines(x: FloatArray, out: FloatArray) -> None:
         out[k] = sine_cosine(float(x[k]))[1]
 
 
+def directions(x: FloatArray, along: FloatArray, across: FloatArray) -> None:
+    """Write the cosines and the sines of angles, (n,), rad."""
+    for k in range(len(x)):
+        across[k], along[k] = sine_cosine(float(x[k]))
+
+
 def arctangents(y: FloatArray, x: FloatArray, out: FloatArray) -> None:
     """Write the angles of vectors, (n,), rad."""
     for k in range(len(x)):
@@ -148,6 +154,14 @@ def cosine(x: npt.ArrayLike) -> FloatArray:
     out = np.empty(given.shape)
     cosines(given.ravel(), out.reshape(-1))
     return out
+
+
+def cosine_sine(x: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return the cosines and the sines of angles of any shape, rad, in half of the time of both."""
+    given = np.asarray(x, np.float64)
+    out = np.empty((2, *given.shape))
+    directions(given.ravel(), out[0].reshape(-1), out[1].reshape(-1))
+    return out[0, ...], out[1, ...]
 
 
 def arctan2(y: npt.ArrayLike, x: npt.ArrayLike) -> FloatArray:

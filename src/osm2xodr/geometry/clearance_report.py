@@ -16,7 +16,7 @@ from osm2xodr.curves import (
     Stations,
     Table,
     close_places,
-    cosine,
+    cosine_sine,
     cubic_value,
     find_record,
     hypot,
@@ -26,7 +26,6 @@ from osm2xodr.curves import (
     profile_of,
     ranks,
     segments_cross,
-    sine,
     starts,
 )
 from osm2xodr.defaults import CLEARANCE_LEAST
@@ -268,11 +267,12 @@ def _stations(road_map: RoadMap) -> Iterator[Stations]:
         x, y, hdg = pose(road_map.plan_view, road, s)
         z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
         offset = cubic_value(road_map.lane_offset, road, s)
+        (cos, sin), (level, tilt) = cosine_sine(hdg), cosine_sine(bank)
         edges = []
         for border in borders:
             t = offset + border.t(section, s - begin[section])
-            across = t * cosine(bank)
-            edges.append(np.column_stack([x - sine(hdg) * across, y + cosine(hdg) * across, z + t * sine(bank)]))
+            across = t * level
+            edges.append(np.column_stack([x - sin * across, y + cos * across, z + t * tilt]))
         yield Stations(road, s, hdg, *edges)
 
 

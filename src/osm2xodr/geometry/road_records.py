@@ -41,7 +41,6 @@ from osm2xodr.model import (
     StreetNetwork,
 )
 
-_CENTRE_LANE: Final = Lane(0, LaneType.NONE, (), road_mark=NO_MARK)
 # A name that changes nearer than this to where lanes change does so there, m: half a dash, and no sliver is left.
 _AT_SECTION: Final = 1.5
 
@@ -210,7 +209,7 @@ def connecting_road_records(
         tapers = w0 != w1 or (inner and any(item.entry_width != item.exit_width for item in inner))
         kind, width, edges = types[entry, exit_], widths.get(k), marks.get(k, unmarked)
         rest = (start, length) if tapers else (0.0, 0.0), kind[0].speed, connecting.access[k]
-        key = own, inner, outermost, rest, width, edges
+        key = own, inner, outermost, rest, width, None if edges is unmarked else edges
         sections = known.get(key)
         if sections is None:
             across = (*reversed(inner), InnerLane(*outermost))
@@ -276,7 +275,7 @@ def _lanes_through(
         )
         for number, item in enumerate(across, start=1)
     ]
-    centre = replace(_CENTRE_LANE, road_mark=edges[0])
+    centre = Lane(0, LaneType.NONE, (), road_mark=edges[0])
     return (LaneSection(0.0, (centre, *lanes) if own < 0 else (*reversed(lanes), centre)),)
 
 
@@ -390,6 +389,8 @@ def road_names(
 ) -> tuple[RoadName, ...]:
     """Return the names along a road by its index, none where it has one alone; short pieces bear a neighbour's."""
     pieces = parts.fitted.pieces[int(parts.street[road])]
+    if len(pieces) == 1:
+        return ()
     begin, length = float(parts.begin[road]), float(parts.length[road])
     starts_at = [s - begin for s, _, _ in pieces]
     ends_at = [*starts_at[1:], np.inf]

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     PointTree,
     Table,
     cosine,
+    cosine_sine,
     heading_change,
     hypot,
     lengths,
@@ -246,8 +247,9 @@ def _lanes_near(
     together = np.flatnonzero(junction[edges.row[at]] == junction[places.row[by]])
     at, other = at[together], places.chosen(by[together])
     step = edges.xy[at] - other.xy
-    along = step[:, 0] * cosine(other.hdg) + step[:, 1] * sine(other.hdg)
-    across = np.abs(step[:, 1] * cosine(other.hdg) - step[:, 0] * sine(other.hdg)) - other.half
+    cos, sin = cosine_sine(other.hdg)
+    along = step[:, 0] * cos + step[:, 1] * sin
+    across = np.abs(step[:, 1] * cos - step[:, 0] * sin) - other.half
     on = np.flatnonzero((np.abs(along) <= _SPACING) & (across < _INSIDE))
     return at[on], across[on], (step[on] * edges.outwards[at[on]]).sum(axis=1) < 0.0
 

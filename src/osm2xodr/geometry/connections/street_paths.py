@@ -14,6 +14,7 @@ import numpy as np
 
 from osm2xodr.curves import (
     cosine,
+    cosine_sine,
     curve_ends,
     find_record,
     heading_at,
@@ -206,7 +207,8 @@ def poses_on(
     s = paths.s_from[leg] + sign * (chainage - paths.chainage[leg])
     x, y, hdg = pose(streets, paths.curve[leg], s)
     left = (offset - paths.aside[leg]) * np.where(sign < 0, -1.0, 1.0)
-    return x - left * sine(hdg), y + left * cosine(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
+    cos, sin = cosine_sine(hdg)
+    return x - left * sin, y + left * cos, hdg + np.where(sign < 0, np.pi, 0.0)
 
 
 def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:

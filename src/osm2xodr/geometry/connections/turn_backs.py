@@ -19,6 +19,7 @@ from osm2xodr.curves import (
     chain_curves,
     chosen_curves,
     cosine,
+    cosine_sine,
     curve_ends,
     curves_of,
     dubins_without_slivers,
@@ -253,7 +254,8 @@ def _swinging(x: FloatArray, y: FloatArray, back: FloatArray) -> tuple[IntArray,
 
 def _seen_along(hdg: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return coordinates in frames with these headings."""
-    return x * cosine(hdg) + y * sine(hdg), y * cosine(hdg) - x * sine(hdg)
+    cos, sin = cosine_sine(hdg)
+    return x * cos + y * sin, y * cos - x * sin
 
 
 def _straight_on(x: FloatArray, y: FloatArray, begin: Poses, end: Poses) -> tuple[IntArray, FloatArray, FloatArray]:

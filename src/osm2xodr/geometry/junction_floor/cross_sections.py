@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, advance, cosine, end_curvature, find_record, places_along, sine, smooth_step
+from osm2xodr.curves import Table, advance, cosine_sine, end_curvature, find_record, places_along, smooth_step
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.roadside import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
@@ -122,9 +122,9 @@ class CrossSections(Table):
         ds, rate = s - plan.s[record], plan.rate[record]
         x, y, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], ds, rate)
         curvature = plan.curvature[record] + rate * ds
-        nx, ny = -sine(hdg), cosine(hdg)
+        ny, sin = cosine_sine(hdg)
         count = np.bincount(road, minlength=len(edges.length))
         apart = (edges.length / (count - 1))[road]
         left, right = edges.at(road, s)
         none, no = np.zeros(len(s)), np.zeros(len(s), bool)
-        return cls(road, apart, s, x, y, nx, ny, curvature, left, right, none, none, no, no)
+        return cls(road, apart, s, x, y, -sin, ny, curvature, left, right, none, none, no, no)

@@ -153,10 +153,12 @@ def _laid(
         paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
         width[:, again] += more
         with_gap[junctions] = left
-    # What is open to the side where the lanes of an arm end stays so.
-    width = np.where(fixed, width, np.minimum(width, room_before_ends(sections, rows, roads, edges, faces)))
     used = _of_roads_with_strips(width, sections)
-    return sections.chosen(used), width[:, used], paved[:, used], [hole for hole, _ in islands]
+    sections, width = sections.chosen(used), width[:, used]
+    # What is open to the side where the lanes of an arm end stays so.
+    room = room_before_ends(sections, rows, roads, edges, faces)
+    width = np.where(fixed[:, used], width, np.minimum(width, room))
+    return sections, width, paved[:, used], [hole for hole, _ in islands]
 
 
 def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:

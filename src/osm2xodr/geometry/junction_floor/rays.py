@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from osm2xodr.curves import Table, cosine, heading_at, join_tables, project, sine
+from osm2xodr.curves import Table, cosine_sine, heading_at, join_tables, project
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import defaults
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
@@ -120,9 +120,9 @@ def meet(
         left, right = edges.at(road, s)
         beyond_left = aside > (left + right) / 2
         outside = np.where(beyond_left, aside - left, right - aside)
-        hdg = heading_at(roads.plan_view, road, s)
+        cos, sin = cosine_sine(heading_at(roads.plan_view, road, s))
         # How much nearer to that edge a step along the ray gets.
-        nearer = sign * (sections.ny[k] * cosine(hdg) - sections.nx[k] * sine(hdg))
+        nearer = sign * (sections.ny[k] * cos - sections.nx[k] * sin)
         nearer = np.where(beyond_left, -nearer, nearer)
         good = (np.abs(distance - np.abs(aside)) < _ABREAST) & (nearer > _LEAST_SINE)
         met[rows] = good

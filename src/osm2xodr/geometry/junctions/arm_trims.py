@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import blocks, cosine, sine, slope_of, sorted_unique, unique_inverse, wrapped
+from osm2xodr.curves import blocks, cosine_sine, slope_of, sorted_unique, unique_inverse, wrapped
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.covered_edges import cover_edges
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -83,15 +83,15 @@ def _covered_share(
     """Return what `_covered` does, for some of the pairs."""
     i, j = i[share], j[share]
     used, number = unique_inverse(np.concatenate([i, j]))
-    x, y, hdg = _samples(ends, used, stations)
-    level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used))).reshape(x.shape)
-    poses, out = np.stack([x, y, cosine(hdg), sine(hdg)]), np.empty((2, len(i)))
+    poses, out = _samples(ends, used, stations), np.empty((2, len(i)))
+    level = ends.levels(np.repeat(used, len(stations)), np.tile(stations, len(used)))
+    level = level.reshape(poses.shape[1:])
     cover_edges(number[: len(i)], number[len(i) :], stations, poses, level, ends.left[used], ends.right[used], out)
     return out[0], out[1]
 
 
-def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return x, y and outward heading at stations along ends, (ends, stations); short streets are extended."""
+def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> FloatArray:
+    """Return x, y, cosine and sine of outward headings along ends, (4, ends, stations), beyond short streets, too."""
     shape = (len(end), len(stations))
     u = np.broadcast_to(stations, shape)
     on_street = np.minimum(u, ends.length[end][:, None])
@@ -99,4 +99,5 @@ def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[Flo
         value.reshape(shape) for value in outward_pose(ends, np.repeat(end, len(stations)), on_street.ravel())
     )
     beyond = u - on_street
-    return x + beyond * cosine(hdg), y + beyond * sine(hdg), hdg
+    cos, sin = cosine_sine(hdg)
+    return np.stack([x + beyond * cos, y + beyond * sin, cos, sin])

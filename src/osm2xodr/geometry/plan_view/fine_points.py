@@ -12,6 +12,7 @@ from osm2xodr.curves import (
     advance,
     arctan2,
     cosine,
+    cosine_sine,
     find_record,
     hypot,
     lengths,
@@ -81,7 +82,8 @@ class FinePoints(RaggedTable):
 
     def moved(self, aside: FloatArray) -> FinePoints:
         """Return the points moved to the left, (points,), m, with headings and curvatures that they have there."""
-        x, y = self.x - sine(self.hdg) * aside, self.y + cosine(self.hdg) * aside
+        cos, sin = cosine_sine(self.hdg)
+        x, y = self.x - sin * aside, self.y + cos * aside
         first, last = self.start[:-1], self.start[1:] - 1
         dx, dy = np.diff(x, append=0.0), np.diff(y, append=0.0)
         dx[last], dy[last] = dx[last - 1], dy[last - 1]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import cube_root, owners, sorted_unique
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.geometry.plan_view.banded import solve_banded
+from osm2xodr.geometry.plan_view.banded import add_squares, average, grade, solve_banded
 from osm2xodr.geometry.plan_view.fine_points import FinePoints
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -110,24 +109,15 @@ def _solved(
     step = h[1:-2]
     third, bend = cube / (step * step * step), cube / step
     change = [-third, 3 * third - bend * k[1:-2] ** 2, -3 * third + bend * k[2:-1] ** 2, third]
-    _add(matrix, right, change, bend * (k[2:-1] - k[1:-2]))
+    add_squares(np.stack(change), bend * (k[2:-1] - k[1:-2]), matrix, right)
     if free is not None:
         # The change of that change, by the offsets of five.
         weight = np.where((owner[4:] == owner[:-4]) & ~free[2:-2], np.sqrt(_EVEN), 0.0)
         square = h[2:-2] ** 2
         a, b, c = (square * part**2 for part in (k[1:-3], k[2:-2], k[3:-1]))
         terms = [weight, weight * (a - 4), weight * (6 - 2 * b), weight * (c - 4), weight]
-        _add(matrix, right, terms, weight * square * (k[1:-3] - 2 * k[2:-2] + k[3:-1]))
+        add_squares(np.stack(terms), weight * square * (k[1:-3] - 2 * k[2:-2] + k[3:-1]), matrix, right)
     return solve_banded(matrix, right)
-
-
-def _add(matrix: FloatArray, right: FloatArray, terms: Sequence[FloatArray], value: FloatArray) -> None:
-    """Add to a banded system the squares of rows, each of which is terms times unknowns in a row, plus a value."""
-    n = len(value)
-    for a, one in enumerate(terms):
-        right[a : n + a] -= one * value
-        for b, other in enumerate(terms[a:]):
-            matrix[b, a : n + a] += one * other
 
 
 def _averaged(points: FinePoints, aside: FloatArray, scale: FloatArray) -> FloatArray:
@@ -135,18 +125,18 @@ def _averaged(points: FinePoints, aside: FloatArray, scale: FloatArray) -> Float
 
     Errors of nodes cancel out in it; a bend that is cut does not.
     """
-    number, owner = np.arange(len(aside)), owners(points.start)
-    half = (0.5 * scale / points.spacing).astype(np.int64)
-    half = np.minimum(half, np.minimum(number - points.start[owner], points.start[owner + 1] - 1 - number))
-    total = np.append(0.0, np.cumsum(aside))
-    return np.asarray((total[number + half + 1] - total[number - half]) / (2 * half + 1))
+    total, out = np.zeros(len(aside) + 1), np.empty(len(aside))
+    np.cumsum(aside, out=total[1:])
+    average(points.start, points.spacing, total, scale, out)
+    return out
 
 
 def _graded(points: FinePoints, scale: FloatArray) -> FloatArray:
     """Return lengths of smoothing, (points,), m, that grow along the curves by `_GROWTH` at most."""
-    new = np.diff(owners(points.start), prepend=-1) > 0
     # Curves lie so far from each other that none counts for another.
-    at = np.cumsum(np.where(new, _LONGEST, _GROWTH * points.spacing))
-    forth = np.minimum.accumulate(scale - at) + at
-    back = np.minimum.accumulate((scale + at)[::-1])[::-1] - at
-    return np.asarray(np.minimum(forth, back))
+    at = _GROWTH * points.spacing
+    at[points.start[:-1]] = _LONGEST
+    np.cumsum(at, out=at)
+    out = np.empty(len(scale))
+    grade(at, scale, out)
+    return out

@@ -20,20 +20,19 @@ def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> li
 
     The ids hold if the last lane section is as long as the last stretch.
     """
-    if not margins:
+    simple = len(margins) < 2 and not (margins and margins[0].wedges)
+    # Most roads have no strips, or such as are columns of their own, from end to end.
+    here = margins[0].strips(side) if margins and simple else ()
+    if simple and not here:
         return []
     stretch = parts.at_end(end)
-    lanes = len(stretch.section.left if side > 0 else stretch.section.right)
-    if len(margins) == 1 and not margins[0].wedges:
-        # Most roads: each strip is a column of its own, from end to end.
-        strips: list[MarginSpec | None] = list(margins[0].strips(side))
-    else:
-        columns = columns_of(margins, side)
-        # Columns of the section count as lanes even where they have no width.
-        here = present(columns, margins, stretch.start, stretch.end)
-        strips = [columns[column].strip_at(end, side) for column in here]
-    numbers = range(lanes + 1, lanes + 1 + len(strips))
-    return [(side * number, strip) for number, strip in zip(numbers, strips, strict=True) if strip is not None]
+    first = len(stretch.section.left if side > 0 else stretch.section.right) + 1
+    if simple:
+        return [(side * number, strip) for number, strip in enumerate(here, first)]
+    columns = columns_of(margins, side)
+    # Columns of the section count as lanes even where they have no width.
+    strips = (columns[k].strip_at(end, side) for k in present(columns, margins, stretch.start, stretch.end))
+    return [(side * number, strip) for number, strip in enumerate(strips, first) if strip is not None]
 
 
 def with_lanes_of_sections(
