@@ -125,8 +125,9 @@ def inner_streets(
 def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
     """Say whether a movement turns back from a fast road into its ramp, because the area ends where they part."""
     fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
-    back = cosine(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE
-    return bool(fast and back and len(layout.arms[item.junction]) == 2)
+    # Few are so: then only the angle is worked out.
+    parts = fast and len(layout.arms[item.junction]) == 2
+    return bool(parts and cosine(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE)
 
 
 def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: Connectivity) -> StatedLanes | None:

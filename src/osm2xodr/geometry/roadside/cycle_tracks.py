@@ -95,9 +95,9 @@ def _straight_on(
     for end in np.union1d(cars.entry, cars.exit).tolist():
         arms[int(end_junction[end])].add(end)
     for one, other in _straight_pairs(parts, cars):
-        ways_in, ways_out = (
-            _cycle_lanes(parts, margins[end // 2], end, rule, into) for end, into in ((one, True), (other, False))
-        )
+        ways_in = _cycle_lanes(parts, margins[one // 2], one, rule, True)
+        # Most roads have none.
+        ways_out = _cycle_lanes(parts, margins[other // 2], other, rule, False) if ways_in else []
         junction = int(end_junction[one])
         for first, second in zip(ways_in, ways_out, strict=False):
             lane_to_lane = not any(_is_track(parts, end, walk) for end, walk in ((one, first), (other, second)))
@@ -137,7 +137,8 @@ def _cycle_lanes(parts: RoadParts, margins: Margins, end: int, rule: Rule, into:
     """Return the lanes for bicycles and cycle tracks into a junction (or out of it), outwards."""
     section = parts.at_end(end).section
     along = into == (end % 2 == 1)
-    lanes = [item for item in end_lanes(section, rule, along) if item.spec.type is LaneType.BIKING]
+    some = any(spec.type is LaneType.BIKING for spec in (*section.left, *section.right))
+    lanes = [item for item in end_lanes(section, rule, along) if item.spec.type is LaneType.BIKING] if some else []
     out = [Sidewalk(item.id, item.t, item.spec.width, 0.0, (), LaneType.BIKING) for item in lanes]
     side = -1 if along == (rule is Rule.RIGHT_HAND) else 1
     t = section.left_edge if side > 0 else section.right_edge

@@ -151,7 +151,7 @@ def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
             junction,
             id=number,
             connections=tuple(_connection(item, road_map, pieces) for item in junction.connections),
-            priorities=tuple((_any(pieces, high), _any(pieces, low)) for high, low in junction.priorities),
+            priorities=tuple((pieces.first(high), pieces.first(low)) for high, low in junction.priorities),
         )
         for junction in road_map.junctions
         if (number := pieces.junction(junction.id)) is not None
@@ -164,32 +164,22 @@ def link_beyond(road: Road, piece: Piece, pieces: Pieces, *, at_start: bool) -> 
         beside = pieces.beside(piece, at_start=at_start)
         return RoadLink(False, beside.id, not at_start) if beside is not None and beside.id else None
     link = road.predecessor if at_start else road.successor
-    if link is None:
-        return None
-    if link.to_junction:
-        junction = pieces.junction(link.id)
-        return None if junction is None else RoadLink(True, junction)
-    beyond = pieces.touched(link)
-    return RoadLink(False, beyond.id, link.at_start) if beyond.id else None
+    return None if link is None else pieces.link(link)
 
 
 def _connection(item: Connection, road_map: RoadMap, pieces: Pieces) -> Connection:
     """Return a connection with new ids. Both ends of a road may touch a junction: the connecting road knows which."""
     through = pieces.of(item.connecting_road)[0]
     link = road_map.roads[through.curve].predecessor
-    incoming = _any(pieces, item.incoming_road) if link is None or link.to_junction else pieces.touched(link).id
+    incoming = pieces.first(item.incoming_road) if link is None or link.to_junction else pieces.touched(link).id
     if not incoming:
         raise ValueError(f"road {item.incoming_road} and the junction that it touches belong to different areas")
     return Connection(item.id, incoming, through.id, item.lane_links)
 
 
-def _any(pieces: Pieces, road: int) -> int:
-    """Return the new id of the first piece of a road that is kept."""
-    return next((piece.id for piece in pieces.of(road) if piece.id), 0)
-
-
 def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
-    before, after = (link_beyond(road, piece, pieces, at_start=at_start) for at_start in (True, False))
+    before = link_beyond(road, piece, pieces, at_start=True)
+    after = link_beyond(road, piece, pieces, at_start=False)
     types, sections = road.types, road.lane_sections
     if not (piece.at_start and piece.at_end):
         types, sections = _types(types, piece), _sections(sections, piece)

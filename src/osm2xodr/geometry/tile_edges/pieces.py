@@ -51,13 +51,13 @@ class Pieces:
                 where = _with_names(list(zip(piece_s[rows], piece_area[rows], strict=True)), road.names)
             else:
                 where = [(0.0, junction_area[road.junction])]
-            ends, last = [*(begin for begin, _ in where[1:]), length[k]], len(where) - 1
-            self._pieces.append(
-                [
-                    Piece(k, begin, end, i == 0, i == last, area, self._id() if area == own else 0)
-                    for i, ((begin, area), end) in enumerate(zip(where, ends, strict=True))
-                ]
-            )
+            pieces: list[Piece] = []
+            for i, (begin, area) in enumerate(where, 1):
+                at_end = i == len(where)
+                end, number = length[k] if at_end else where[i][0], self._id() if area == own else 0
+                pieces.append(Piece(k, begin, end, i == 1, at_end, area, number))
+            self._pieces.append(pieces)
+        self._links: dict[int, RoadLink | None] = {}
         self._of = {road.id: pieces for road, pieces in zip(road_map.roads, self._pieces, strict=True)}
         self.kept = [piece for pieces in self._pieces for piece in pieces if piece.id]
         self._junction = {junction: self._id() for junction, area in junction_area.items() if area == own}
@@ -94,6 +94,18 @@ class Pieces:
     def touched(self, link: RoadLink) -> Piece:
         """Return the piece of a road that a link leads to."""
         return self.of(link.id)[0 if link.at_start else -1]
+
+    def link(self, link: RoadLink) -> RoadLink | None:
+        """Return a link with new ids; None where it leads out of the area. Roads share links."""
+        if id(link) not in self._links:
+            number = self._junction.get(link.id) if link.to_junction else self.touched(link).id
+            self._links[id(link)] = RoadLink(link.to_junction, number, link.at_start) if number else None
+        return self._links[id(link)]
+
+    def first(self, road: int) -> int:
+        """Return the new id of the first piece of a road that is kept, 0 for none."""
+        pieces = self._of[road]
+        return pieces[0].id or next((piece.id for piece in pieces if piece.id), 0)
 
     def junction(self, junction: int) -> int | None:
         """Return the new id of the junction with an id; None if it belongs to another area."""
