@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
     redraw_connecting_roads,
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow, find_lane_links
-from osm2xodr.geometry.connections.narrowing import _reachable
+from osm2xodr.geometry.connections.through_lanes import _reachable
 from osm2xodr.geometry.junctions.road_parts import cut_roads
 from osm2xodr.geometry.plan_view.streets import fit_streets
 from osm2xodr.model import LaneType, Rule
