@@ -86,7 +86,7 @@ def test_reports_say_what_was_asked_for() -> None:
     inputs = options.inputs(Path("in/town.osm.pbf"), [Path("dem.tif")])
     assert list(inputs) == [
         "osm2xodr", "area", "dem", "name", "date", "ways", "include_private", "left_hand", "default_lane_width",
-        "default_speeds", "guessed_sidewalks", "guessed_shoulders", "surface",
+        "default_speeds", "guessed_parking", "guessed_sidewalks", "guessed_shoulders", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
         "dem_encoding", "allow_partial", "fail_below_coverage",
         "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "plan", "target",

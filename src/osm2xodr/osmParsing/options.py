@@ -118,6 +118,12 @@ class ParseOptions:
         "Write only the speed limits that OSM gives, none that is usual in the country.",
         negates="default_speeds",
     )
+    guessed_parking: bool = flag(
+        "no_guessed_parking",
+        Group.LANES,
+        "Write only the parking that OSM gives, none that streets in towns usually have.",
+        negates="guessed_parking",
+    )
     guessed_sidewalks: bool = flag(
         "no_guessed_sidewalks",
         Group.LANES,

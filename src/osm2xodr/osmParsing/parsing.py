@@ -58,6 +58,7 @@ from osm2xodr.osmParsing.roadside import (
     sample_streets,
     street_densities,
     street_facts,
+    with_guessed_parking,
     with_guessed_shoulders,
     with_guessed_sidewalks,
 )
@@ -124,13 +125,16 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     dense = _built_up(ways, by_piece, nodes)
     known = {way for way, item in corrections.ways.items() if item.width is not None}
     kerbs = kerbs_along(ways, by_piece, beside, nodes, points, known)
+    facts = street_facts(ways, by_piece, kerbs)
+    if options.furniture and options.guessed_parking:
+        facts = with_guessed_parking(facts, ways, by_piece, beside, nodes, points, dense)
     width, speeds = options.default_lane_width, options.default_speeds
     attributes, directions = way_attributes(
         *(ways, rule, width, diagnostics, country),
         default_speeds=speeds,
         dense=dense,
         corrections=corrections.ways,
-        facts=street_facts(ways, by_piece, kerbs),
+        facts=facts,
     )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]

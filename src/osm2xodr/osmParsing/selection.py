@@ -51,12 +51,12 @@ def read_selected_ways(
     are the kinds of things read beside streets on request.
     """
     asked = options.ways.highways | _UNBUILT
-    beside = ways_beside(asked, extra) if options.furniture else kerbs_beside()
+    beside = ways_beside(asked, extra, options.guessed_parking) if options.furniture else kerbs_beside()
     others = OtherWays(
         beside.values,
         beside.keys | {"highway", "area"},
         beside.wanted,
-        frozenset({"highway"}),
+        beside.every | {"highway"},
         _may_be_driven_on,
     )
     corrections = options.corrections

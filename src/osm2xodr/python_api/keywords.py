@@ -21,6 +21,7 @@ class AreaKeywords(TypedDict, total=False):
     left_hand: bool | None
     default_lane_width: float | None
     no_default_speeds: bool
+    no_guessed_parking: bool
     no_guessed_sidewalks: bool
     no_guessed_shoulders: bool
     surface: Literal["nearest", "bilinear", "bicubic", "polynomial"]

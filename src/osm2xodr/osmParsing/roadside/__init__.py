@@ -2,13 +2,14 @@
 
 `things` collects what lies within `reach` of streets; `parallel_footways` makes sidewalks and bicycle tracks of
 footways that are mapped apart, `guessed_sidewalks` adds those of streets in towns that nobody has tagged, and
-`guessed_shoulders` those of motorways.
+`guessed_shoulders` those of motorways, and `guessed_parking` that cars park along streets in towns.
 """
 
 from __future__ import annotations
 
 from osm2xodr.osmParsing.roadside.built_up import crossing_densities, street_densities
 from osm2xodr.osmParsing.roadside.carriageways import street_facts
+from osm2xodr.osmParsing.roadside.guessed_parking import with_guessed_parking
 from osm2xodr.osmParsing.roadside.guessed_shoulders import with_guessed_shoulders
 from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces, kerbs_along
@@ -32,6 +33,7 @@ __all__ = [
     "street_node_tags",
     "way_values",
     "ways_beside",
+    "with_guessed_parking",
     "with_guessed_shoulders",
     "with_guessed_sidewalks",
 ]

@@ -90,42 +90,71 @@ def kerbs_along(
     `pieces` are those of the `ways`; `beside` other ways, among them kerbs; `points` (k, 2) the local x, y of the
     `nodes`, m. Ways whose OSM id is in `without` are left out.
     """
-    lines = _segments([way for way in beside if is_kerb(way.tags)], nodes, points)
-    outlines = _segments([way for way in beside if is_carriageway_area(way.tags)], nodes, points)
+    lines = segments_of([way for way in beside if is_kerb(way.tags)], nodes, points)
+    outlines = segments_of([way for way in beside if is_carriageway_area(way.tags)], nodes, points)
     if not len(lines.start) and not len(outlines.start):
         return {}
+    usable = np.array([item.id not in without and item.tags.get("service") not in _WITHOUT_KERBS for item in ways])
+    along = stations_near(
+        ways, pieces, usable, np.concatenate([lines.start, lines.end, outlines.start, outlines.end])
+    )
+    if along is None:
+        return {}
+    count = len(along.way)
+    left, right = covered_edges(find_crossings(along.stations, outlines), count)
+    nearest_left, nearest_right = nearest_edges(find_crossings(along.stations, lines), count)
+    uncovered = np.isnan(left) & np.isnan(right)
+    left, right = np.where(uncovered, nearest_left, left), np.where(uncovered, nearest_right, right)
+    along.forget_beyond(left, right)
+    found = _of_ways(along.points, along.way, left, right)
+    return even_out(ways, found, pieces.way_lengths(len(ways)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StationsOfWays:
+    """Places along ways, and what crosses the lines across them there."""
+
+    stations: Stations
+    way: IntArray  # (n,) Index of the way of each
+    points: IntArray  # (ways,) Number of all points along each way, used or not
+    streets: Crossings  # Where these lines meet streets other than the own one
+
+    def forget_beyond(self, left: FloatArray, right: FloatArray) -> None:
+        """Forget edges of stations, t, (n,), m, that lie beyond another street."""
+        at = self.streets.station
+        for edge, t in ((left, self.streets.t), (right, -self.streets.t)):
+            edge[at[(t >= 0.0) & (t < np.abs(edge[at]))]] = np.nan
+
+
+def stations_near(
+    ways: Sequence[RawWay], pieces: WayPieces, usable: BoolArray, ends: FloatArray
+) -> StationsOfWays | None:
+    """Return places along the `usable` ways, (ways,), near `ends` (n, 2), m, and off the mouths of other streets."""
     samples = sample_lines(pieces.points, pieces.count, BESIDE_SPACING)
     piece = owners(starts(pieces.count))[samples.node]
     way = pieces.way[piece]
-    usable = np.array([item.id not in without and item.tags.get("service") not in _WITHOUT_KERBS for item in ways])
-    ends = np.concatenate([lines.start, lines.end, outlines.start, outlines.end])
     near = near_each_other(samples.points, ends, 2.0 * KERB_REACH)[0]
     used = np.flatnonzero(near & usable[way] & ~_in_kerb_returns(ways, pieces, samples, piece))
     if not len(used):
-        return {}
-    layers, with_kerbs = np.zeros(len(ways), np.int64), sorted_unique(way[near])
-    layers[with_kerbs] = [_layer(ways[index].tags) for index in with_kerbs.tolist()]
+        return None
+    layers, with_near = np.zeros(len(ways), np.int64), sorted_unique(way[near])
+    layers[with_near] = [_layer(ways[index].tags) for index in with_near.tolist()]
     stations = Stations(samples.points[used], samples.along[used], layers[way[used]])
-    left, right = covered_edges(find_crossings(stations, outlines), len(used))
-    nearest_left, nearest_right = nearest_edges(find_crossings(stations, lines), len(used))
-    uncovered = np.isnan(left) & np.isnan(right)
-    left, right = np.where(uncovered, nearest_left, left), np.where(uncovered, nearest_right, right)
     half = 0.5 * samples.length[near][:, None] * samples.along[near]
     start, end = samples.points[near] - half, samples.points[near] + half
-    others = find_crossings(stations, Segments(start, end, piece[near], layers[way[near]]))
-    _forget_beyond(others, piece[used], left, right)
-    found = _of_ways(np.bincount(way, minlength=len(ways)), way[used], left, right)
-    return even_out(ways, found, pieces.way_lengths(len(ways)))
+    met = find_crossings(stations, Segments(start, end, piece[near], layers[way[near]]))
+    own = (np.abs(met.t) < _OWN_LINE) & (piece[used][met.station] == met.owner)
+    return StationsOfWays(stations, way[used], np.bincount(way, minlength=len(ways)), met.chosen(~own))
 
 
 def _layer(tags: Tags) -> int:
     return layer_of(tags, structure_of(tags), [])
 
 
-def _segments(kerbs: Sequence[RawWay], nodes: RawNodes, points: FloatArray) -> Segments:
-    """Return the segments of kerbs all of whose nodes are known."""
+def segments_of(ways: Sequence[RawWay], nodes: RawNodes, points: FloatArray) -> Segments:
+    """Return the segments of ways all of whose nodes are known."""
     found, layers = [], []
-    for way in kerbs:
+    for way in ways:
         refs = np.asarray(way.refs, np.int64)
         row = np.minimum(np.searchsorted(nodes.ids, refs), len(nodes.ids) - 1)
         if len(refs) > 1 and (nodes.ids[row] == refs).all() and np.isfinite(points[row]).all():
@@ -146,14 +175,6 @@ def _in_kerb_returns(ways: Sequence[RawWay], pieces: WayPieces, samples: LineSam
     start, end = meeting[ends[piece]].T
     out: BoolArray = (start & (before < KERB_RETURN_LENGTH)) | (end & (total[piece] - before < KERB_RETURN_LENGTH))
     return out
-
-
-def _forget_beyond(others: Crossings, piece: IntArray, left: FloatArray, right: FloatArray) -> None:
-    """Forget edges of stations, t, (n,), m, that lie beyond another street; `piece` (n,) are the stations' own."""
-    own = (np.abs(others.t) < _OWN_LINE) & (piece[others.station] == others.owner)
-    for edge, t in ((left, others.t), (right, -others.t)):
-        between = ~own & (t >= 0.0) & (t < np.abs(edge[others.station]))
-        edge[others.station[between]] = np.nan
 
 
 def _of_ways(points: IntArray, way: IntArray, left: FloatArray, right: FloatArray) -> dict[int, Kerbs]:

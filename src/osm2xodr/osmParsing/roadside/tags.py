@@ -104,7 +104,12 @@ _DETAILS: Final[Mapping[RoadsideKind, frozenset[str]]] = MappingProxyType(
 )
 # All tags of ways that are read here.
 BESIDE_TAGS: Final = (
-    _FOOTWAY_DETAILS | _BARRIER_DETAILS | _TRACK_DETAILS | _STOP_DETAILS | _TREE_DETAILS | {"natural", *_ISLANDS}
+    _FOOTWAY_DETAILS
+    | _BARRIER_DETAILS
+    | _TRACK_DETAILS
+    | _STOP_DETAILS
+    | _TREE_DETAILS
+    | {"building", "natural", *_ISLANDS}
 )
 
 
@@ -156,6 +161,11 @@ def is_kerb(tags: Mapping[str, str]) -> bool:
 def is_carriageway_area(tags: Mapping[str, str]) -> bool:
     """Whether a closed way is the outline of a carriageway."""
     return "highway" not in tags and tags.get("area:highway") in _CARRIAGEWAYS
+
+
+def is_building(tags: Mapping[str, str]) -> bool:
+    """Whether a way is the outline of a building."""
+    return tags.get("building", "no") != "no" and "highway" not in tags
 
 
 def is_footway(tags: Mapping[str, str]) -> bool:

@@ -19,6 +19,7 @@ from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
 from osm2xodr.osmParsing.roadside.tags import (
     BESIDE_TAGS,
     footway_tags,
+    is_building,
     is_carriageway_area,
     is_crossing,
     is_footway,
@@ -35,18 +36,20 @@ from osm2xodr.osmParsing.tags import read_thing_facts
 _LEAST_OF_AREA: Final = 4
 
 
-def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
+def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str], fronts: bool) -> OtherWays:
     """Return which ways are read besides those whose ``highway`` is among `streets`.
 
-    `extra` are kinds of things read on request: ``lamps``, ``trees``.
+    `extra` are kinds of things read on request: ``lamps``, ``trees``; `fronts` says whether buildings are read.
     """
     values = way_values(streets, extra)
 
     def wanted(tags: Mapping[str, str]) -> bool:
         read = any(tags.get(key) in names for key, names in values.items())
-        return read and (is_footway(tags) or kind_of_way(tags) is not None or _bounds_carriageways(tags))
+        if read and (is_footway(tags) or kind_of_way(tags) is not None or _bounds_carriageways(tags)):
+            return True
+        return fronts and is_building(tags)
 
-    return OtherWays(values, BESIDE_TAGS, wanted)
+    return OtherWays(values, BESIDE_TAGS, wanted, frozenset({"building"}) if fronts else frozenset())
 
 
 def kerbs_beside() -> OtherWays:
@@ -73,6 +76,7 @@ def read_beside(
     streets, `carried` (m,) the OSM ids of nodes on streets, ascending. `extra` are the kinds of things read on
     request; `country` (ISO 3166-1 alpha-2) says whose signs they are.
     """
+    ways = [way for way in ways if is_footway(way.tags) or kind_of_way(way.tags) is not None]
     lengths = np.array([len(way.refs) for way in ways], np.int64)
     refs = np.concatenate([np.zeros(0, np.int64), *[way.refs for way in ways]])
     row = np.searchsorted(nodes.ids, refs)

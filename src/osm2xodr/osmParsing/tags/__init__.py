@@ -5,7 +5,7 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, is_roundabout, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, near_side
 from osm2xodr.osmParsing.tags.built_up import in_town, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
@@ -26,7 +26,7 @@ from osm2xodr.osmParsing.tags.placement import is_transition
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
-from osm2xodr.osmParsing.tags.values import Tags, parse_layer, parse_length, parse_speed
+from osm2xodr.osmParsing.tags.values import Tags, parse_count, parse_layer, parse_length, parse_speed
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "changes_direction",
     "ends_of_streets",
     "in_town",
+    "is_roundabout",
     "is_town_street",
     "is_transition",
     "kerb_height",
@@ -55,6 +56,7 @@ __all__ = [
     "near_side",
     "node_heights",
     "oneway",
+    "parse_count",
     "parse_ele",
     "parse_layer",
     "parse_length",

@@ -35,7 +35,15 @@ from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups, with_lanes_of_sums
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
-from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins, with_free_room, with_rest
+from osm2xodr.osmParsing.tags.margins import (
+    MARGIN_TAGS,
+    NOTHING,
+    Margins,
+    read_margins,
+    with_free_room,
+    with_parking,
+    with_rest,
+)
 from osm2xodr.osmParsing.tags.parking import PARKING_TAGS
 from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
@@ -92,6 +100,9 @@ class StreetFacts:
     width: float | None = None  # Of the carriageway on the same street, where it is not known here, m
     # Room left and right that parked cars use before and behind the way, and nobody does beside it, m
     no_parking: tuple[float, float] = (0.0, 0.0)
+    # Why cars are taken to park on both sides, though no tag says so, and how wide the carriageway may be then, m
+    parked: str = ""
+    room: float = inf
 
 
 NO_FACTS: Final = StreetFacts()
@@ -180,6 +191,8 @@ def _section(way: _Way, facts: StreetFacts) -> tuple[CrossSection, tuple[float, 
         margins = with_rest(margins, rest, parks, findings)
         parking_left, parking_right = parking_left + rest, parking_right + rest
     widths = _widths(slots, usual, widest, chosen, carriageway, parking_left + parking_right, findings)
+    if carriageway is None and facts.parked and sum(widths) + 2.0 * PARKING_WIDTH["parallel"] <= facts.room:
+        margins = with_parking(margins, PARKING_WIDTH["parallel"], facts.parked, findings)
     whole = Access.HOV if tags.get("hov") in KEPT_FOR_HOV else Access.ALL
     lanes_ltr = tuple(
         LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole), slot.speed)

@@ -156,6 +156,14 @@ def with_rest(margins: Margins, rest: float, parks: bool, findings: Findings) ->
     return Margins(left, right, margins.parking_left + rest, margins.parking_right + rest)
 
 
+def with_parking(margins: Margins, width: float, why: str, findings: Findings) -> Margins:
+    """Return margins with parking of a width, m, next to the lanes on both sides."""
+    findings.append((Kind.GUESSED, "parking", f"no parking tagged, {width:g} m of it assumed on both sides {why}"))
+    strip = MarginSpec(LaneType.PARKING, width)
+    left, right = (_with_first(strip, strips) for strips in (margins.left, margins.right))
+    return Margins(left, right, margins.parking_left + width, margins.parking_right + width)
+
+
 def _with_first(strip: MarginSpec, strips: tuple[MarginSpec, ...]) -> tuple[MarginSpec, ...]:
     """Return the strips of a side with another one next to the lanes; parking there becomes wider instead."""
     if strips and strips[0].type is LaneType.PARKING:
