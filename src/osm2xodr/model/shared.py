@@ -19,7 +19,7 @@ def freeze_arrays(record: object) -> None:
     for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
         value = getattr(record, name)
         if isinstance(value, np.ndarray):
-            value.flags.writeable = False
+            value.setflags(write=False)
 
 
 class ReadOnlyArrays:

@@ -265,7 +265,7 @@ def _outside(plan: PlanView, rows: IntArray, streets: Carriageways) -> FloatArra
 
 def _of_same(which: BoolArray, number: IntArray) -> BoolArray:
     """Say which rows have the same number as one of the marked rows, (n,)."""
-    return np.isin(number, number[which])
+    return np.isin(number, number[which]) if which.any() else which
 
 
 def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:

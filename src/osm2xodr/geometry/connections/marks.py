@@ -91,8 +91,8 @@ def connecting_marks(
         marks = [_mark(edge, both, bool(merge[row])) for edge, both in zip(edges, found, strict=True)]
         # The line between two lanes is painted once.
         out[row] = NO_MARK if marks[0].type.startswith("broken") else marks[0], marks[1]
-    ends = zip(connecting.entry, connecting.entry_lane, connecting.exit, connecting.exit_lane, strict=True)
-    beside = {tuple(map(int, key)): row for row, key in enumerate(ends)}
+    ends = connecting.entry, connecting.entry_lane, connecting.exit, connecting.exit_lane
+    beside = {key: row for row, key in enumerate(zip(*(column.tolist() for column in ends), strict=True))}
     for row, line in _lines_between(connecting, lanes, _lines_run_on(connecting, priorities, style)).items():
         inwards = _lane_inwards(int(connecting.entry_lane[row])), _lane_inwards(int(connecting.exit_lane[row]))
         other = beside.get((int(connecting.entry[row]), inwards[0], int(connecting.exit[row]), inwards[1]))
