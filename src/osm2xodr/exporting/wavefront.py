@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.exporting.mesh import RoadMesh, color_of
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.system import ByteSink
 
 # Rows of text that are formatted at a time.
@@ -19,21 +21,29 @@ def write_obj(mesh: RoadMesh, stream: ByteSink, library: str | None, *, y_up: bo
 
     `y_up` makes y up and -z north, as in most programs for 3D scenes; else z is up and y north, as in OpenDRIVE.
     """
-    x, y, z = mesh.origin
-    axes = "y up, x east, -z north" if y_up else "z up, x east, y north"
-    stream.write(f"# osm2xodr: road surface, m, {axes}\n# origin at inertial x={x:g} y={y:g} z={z:g}\n".encode())
-    if library is not None:
-        stream.write(f"mtllib {library}\n".encode("utf-8", "surrogateescape"))
+    write_head(stream, "road surface", mesh.origin, library, y_up=y_up)
     vertices = mesh.vertices[:, [0, 2, 1]] * [1, 1, -1] if y_up else mesh.vertices
-    for first in range(0, len(vertices), _BLOCK):
-        rows = np.round(vertices[first : first + _BLOCK], 4) + 0.0
-        stream.write(("v %.4f %.4f %.4f\n" * len(rows) % tuple(rows.ravel().tolist())).encode())
+    write_rows(stream, "v %.4f %.4f %.4f\n", np.round(vertices, 4) + 0.0)
     for kind, triangles in mesh.faces.items():
         name = _name(kind)
         stream.write(f"g {name}\nusemtl {name}\n".encode())
-        for first in range(0, len(triangles), _BLOCK):
-            corners = triangles[first : first + _BLOCK] + 1
-            stream.write(("f %d %d %d\n" * len(corners) % tuple(corners.ravel().tolist())).encode())
+        write_rows(stream, "f %d %d %d\n", triangles + 1)
+
+
+def write_head(stream: ByteSink, what: str, origin: Sequence[float], library: str | None, *, y_up: bool) -> None:
+    """Write what a file is of, the inertial point (m) that it counts from, and its library of materials."""
+    x, y, z = origin
+    axes = "y up, x east, -z north" if y_up else "z up, x east, y north"
+    stream.write(f"# osm2xodr: {what}, m, {axes}\n# origin at inertial x={x:g} y={y:g} z={z:g}\n".encode())
+    if library is not None:
+        stream.write(f"mtllib {library}\n".encode("utf-8", "surrogateescape"))
+
+
+def write_rows(stream: ByteSink, form: str, rows: FloatArray | IntArray) -> None:
+    """Write a line for each row."""
+    for first in range(0, len(rows), _BLOCK):
+        block = rows[first : first + _BLOCK]
+        stream.write((form * len(block) % tuple(block.ravel().tolist())).encode())
 
 
 def material_library(mesh: RoadMesh) -> bytes:

@@ -69,18 +69,23 @@ def band_of(cells: Cells, xy: FloatArray, rim: IntArray, roads: Planes, water: W
     known = np.concatenate([xy, cells.node_xy()])
     around = cells.sides(cells.roads & cells.ground)
     around = len(xy) + around[lone(*around.T)]
-    edges = np.concatenate([rim, around, len(xy) + cells.sides(cells.shores)])
-    lines = _lines(known, np.concatenate([edges, _spokes(known, rim, around)]))
-    # Not on a grid, as edges of roads have to stay as they are.
-    noded = shapely.union_all(np.concatenate([lines, water.shores]))
-    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    edges = np.concatenate([rim, around, len(xy) + cells.sides(cells.shores), _spokes(known, rim, around)])
+    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    lines = _lines(known, edges)
+    # Nothing crosses but shores. They are not moved onto a grid, as edges of roads have to stay as they are.
+    crossed = np.unique(shapely.STRtree(lines).query(water.shores, predicate="intersects")[1])
+    noded = shapely.union_all(np.concatenate([lines[crossed], water.shores]))
+    lines = np.concatenate([np.delete(lines, crossed), shapely.get_parts(noded)])
+    faces = shapely.get_parts(shapely.polygonize(lines))
     inside = shapely.get_coordinates(shapely.point_on_surface(faces))
     kept = cells.has((cells.roads | cells.shores) & cells.ground, inside) & ~roads.cover(inside)
     corners, of = triangles_of(faces[kept])
     used, corners = np.unique(edges), corners.reshape(-1, 2)
     place, first = places_of(np.concatenate([known[used], corners]), _SAME)
     new = first >= len(used)
-    number = np.where(new, len(known) + np.cumsum(new) - 1, np.append(used, 0)[np.where(new, len(used), first)])
+    number = np.empty(len(first), np.int64)
+    number[~new] = used[first[~new]]
+    number[new] = len(known) + np.arange(np.count_nonzero(new))
     return Band(
         number[place[len(used) :]].reshape(-1, 3),
         water.found_at(*inside[kept].T)[of],
@@ -184,8 +189,9 @@ def level_water(
     wet = np.flatnonzero(np.isfinite(level))
     high = np.full(int(place.max(initial=-1)) + 1, -np.inf)
     np.maximum.at(high, place[faces[wet]], level[wet, None])
-    dry = np.unique(faces[~np.isfinite(level)])
-    dry = dry[dry >= fixed]
+    dry = np.zeros(len(vertices), np.bool_)
+    dry[faces[~np.isfinite(level)]] = True
+    dry[:fixed] = False
     vertices = vertices.copy()
     vertices[dry, 2] = np.maximum(vertices[dry, 2], high[place[dry]])
     # One corner of each area at a vertex.

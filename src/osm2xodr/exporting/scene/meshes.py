@@ -85,13 +85,18 @@ class Planes:
 
     def values(self, face: IntArray, xy: FloatArray) -> FloatArray:
         """Return what triangles (n,) have beside x, y at a place (n, 2) each, (n, k)."""
-        a, b, c = np.moveaxis(self.corners[face], 1, 0)
-        one, other, off = (b - a)[:, :2], (c - a)[:, :2], xy - a[:, :2]
-        area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-        to_b = (off[:, 0] * other[:, 1] - off[:, 1] * other[:, 0]) / area
-        to_c = (one[:, 0] * off[:, 1] - one[:, 1] * off[:, 0]) / area
-        out: FloatArray = a[:, 2:] + to_b[:, None] * (b - a)[:, 2:] + to_c[:, None] * (c - a)[:, 2:]
-        return out
+        return on_planes(self.corners[face], xy)
+
+
+def on_planes(triangles: FloatArray, xy: FloatArray) -> FloatArray:
+    """Return what is linear in triangles (n, 3, 2 + k) of x, y, m, and it at a place (n, 2) each, (n, k)."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    one, other, off = (b - a)[:, :2], (c - a)[:, :2], xy - a[:, :2]
+    area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    to_b = (off[:, 0] * other[:, 1] - off[:, 1] * other[:, 0]) / area
+    to_c = (one[:, 0] * off[:, 1] - one[:, 1] * off[:, 0]) / area
+    out: FloatArray = a[:, 2:] + to_b[:, None] * (b - a)[:, 2:] + to_c[:, None] * (c - a)[:, 2:]
+    return out
 
 
 def places_of(xy: FloatArray, grid: float) -> tuple[IntArray, IntArray]:

@@ -25,6 +25,7 @@ from osm2xodr.exporting.scene.meshes import (
     clusters,
     first_of,
     half_edges,
+    on_planes,
     places_of,
     polygons_of,
     segments_of,
@@ -182,8 +183,10 @@ def _groups(faces: LaneFaces) -> tuple[IntArray, BoolArray]:
     shared = shapely.intersection(shapes[one], shapes[other])
     kept = shapely.area(shared) > _LEAST_OVERLAP
     one, other, at = one[kept], other[kept], shapely.get_coordinates(shapely.centroid(shared[kept]))
-    planes = _planes(faces.outline)
-    kept = np.abs(_height(planes, faces.outline, one, at) - _height(planes, faces.outline, other, at)) < LEVEL_APART
+    # The plane of four corners goes through their middle, along both diagonals.
+    middle, corners = faces.outline.mean(1), np.moveaxis(faces.outline, 1, 0)
+    planes = np.stack([middle, middle + corners[2] - corners[0], middle + corners[3] - corners[1]], axis=1)
+    kept = np.abs(on_planes(planes[one], at) - on_planes(planes[other], at))[:, 0] < LEVEL_APART
     one, other, n = one[kept], other[kept], len(shapes)
     common = np.zeros(n, np.bool_)
     common[one] = common[other] = True
@@ -198,22 +201,6 @@ def _groups(faces: LaneFaces) -> tuple[IntArray, BoolArray]:
 def _sound(shapes: FloatArray) -> FloatArray:
     """Return polygons without those that cross themselves, as faces inside of bends do: their hulls instead."""
     return np.where(shapely.is_valid(shapes), shapes, shapely.convex_hull(shapes))
-
-
-def _planes(corners: FloatArray) -> FloatArray:
-    """Return the slopes in x and y of the planes nearest to four corners about their middle, (n, 2)."""
-    off = corners - corners.mean(1, keepdims=True)
-    xy, z = off[:, :, :2], off[:, :, 2:]
-    square = np.matmul(xy.transpose(0, 2, 1), xy) + 1e-9 * np.eye(2)
-    out: FloatArray = np.linalg.solve(square, np.matmul(xy.transpose(0, 2, 1), z))[:, :, 0]
-    return out
-
-
-def _height(planes: FloatArray, corners: FloatArray, row: IntArray, at: FloatArray) -> FloatArray:
-    """Return the heights of planes about the middle of four corners at x, y."""
-    middle = corners[row].mean(1)
-    out: FloatArray = middle[:, 2] + (planes[row] * (at - middle[:, :2])).sum(1)
-    return out
 
 
 def _areas(

@@ -143,40 +143,26 @@ def _add(meshes: Meshes, material: str, strips: list[FloatArray], heights: Surfa
 
 # ---------------------------------------------------------------- objects and signals
 
-# Heights of bodies whose file states none, m: those of the report's 3D view.
-_HEIGHTS: Final = MappingProxyType(
-    {
-        "tree": 6.0,
-        "streetLamp": 7.0,
-        "pole": 4.0,
-        "vegetation": 1.2,
-        "building": 6.0,
-        "barrier": 1.0,
-        "railing": 1.0,
-        "soundBarrier": 3.0,
-        "trafficIsland": 0.15,
-        "gantry": 6.0,
-    }
-)
-# Name and material of bodies by type; all others.
+# Name and material of bodies by type, and the height of those whose file states none, m: those of the report's 3D
+# view; all others.
 _BODIES: Final = MappingProxyType(
     {
-        "tree": ("Vegetation", "vegetation"),
-        "vegetation": ("Vegetation", "vegetation"),
-        "streetLamp": ("Pole", "metal"),
-        "pole": ("Pole", "metal"),
-        "railing": ("GuardRail", "metal"),
-        "barrier": ("Wall", "concrete"),
-        "soundBarrier": ("Wall", "concrete"),
-        "trafficIsland": ("Road_Curb", "kerb"),
-        "building": ("Building", "wall"),
-        "gantry": ("Pole", "metal"),
-        "patch": ("Static", "asphalt"),
-        "roadSurface": ("Static", "asphalt"),
-        "parkingSpace": ("Static", "asphalt"),
+        "tree": ("Vegetation", "vegetation", 6.0),
+        "vegetation": ("Vegetation", "vegetation", 1.2),
+        "streetLamp": ("Pole", "metal", 7.0),
+        "pole": ("Pole", "metal", 4.0),
+        "railing": ("GuardRail", "metal", 1.0),
+        "barrier": ("Wall", "concrete", 1.0),
+        "soundBarrier": ("Wall", "concrete", 3.0),
+        "trafficIsland": ("Road_Curb", "kerb", 0.15),
+        "building": ("Building", "wall", 6.0),
+        "gantry": ("Pole", "metal", 6.0),
+        "patch": ("Static", "asphalt", 0.0),
+        "roadSurface": ("Static", "asphalt", 0.0),
+        "parkingSpace": ("Static", "asphalt", 0.0),
     }
 )
-_OTHER_BODY: Final = ("Static", "concrete")
+_OTHER_BODY: Final = ("Static", "concrete", 0.0)
 _TRACK: Final = ("Static", "metal")  # Rails of trams, which are a patch of the road in OpenDRIVE
 # Least height of a body, m: lower ones lie on the road.
 _FLAT: Final = 0.05
@@ -213,11 +199,12 @@ def _add_object(meshes: Meshes, thing: PlacedObject, heights: SurfaceHeights) ->
     low = thing.z + (thing.item.z_offset if math.isfinite(thing.item.z_offset) else 0.0)
     if not math.isfinite(low):
         return
-    stated = thing.item.height
-    height = stated if stated > 0.0 else _HEIGHTS.get(kind, 0.0)
+    name, material, usual = _BODIES.get(kind, _OTHER_BODY)
+    if thing.item.attributes.get("subtype") == "tramTrack":
+        name, material = _TRACK
+    height = thing.item.height if thing.item.height > 0.0 else usual
     if kind == "crosswalk":
         _draped(meshes, CROSSWALK, "asphalt", thing.corners, thing.z, heights, _AREA)
-    name, material = _TRACK if thing.item.attributes.get("subtype") == "tramTrack" else _BODIES.get(kind, _OTHER_BODY)
     for form in forms_of(thing):
         if isinstance(form, Disc):
             _add_standing(meshes, kind, (form.x, form.y, low), height or 0.5, form.radius)
@@ -247,7 +234,7 @@ def _paint(colour: str) -> str:
 def _add_standing(meshes: Meshes, kind: str, at: tuple[float, float, float], height: float, radius: float) -> None:
     """Add a tree, a lamp or a post."""
     x, y, low = at
-    name, material = _BODIES.get(kind, _OTHER_BODY)
+    name, material, _ = _BODIES.get(kind, _OTHER_BODY)
     if kind == "tree":
         meshes.post(name, "soil", at, low + 0.35 * height, _TRUNK)
         meshes.post(name, material, (x, y, low + 0.25 * height), low + 0.65 * height, 0.55 * radius, radius)
