@@ -153,7 +153,11 @@ def test_nobody_parks_between_carriageways(tmp_path: Path, y: float, expected: b
 
 
 def test_streets_far_away_or_of_another_class_tell_nothing(tmp_path: Path) -> None:
+    assert parks(tmp_path, other("parking:both=lane", "name=A", 900.0))
+    # As in the next town.
+    assert not parks(tmp_path, other("parking:both=lane", "name=A", 1100.0))
     assert not parks(tmp_path, other("parking:both=lane", "name=B", 320.0))
+    assert parks(tmp_path, other("parking:both=lane", "", 100.0))
     nodes, ways = other("parking:both=lane", "name=B", 100.0)
     tertiary = {30: (ways[30][0], ways[30][1].replace("residential", "tertiary"))}
     assert not parks(tmp_path, (nodes, tertiary))

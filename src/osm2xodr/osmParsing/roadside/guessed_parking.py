@@ -43,8 +43,10 @@ _STATED: Final = frozenset((*PARKING_TAGS, *WIDTH_TAGS, *BESIDE_TAGS, *TURN_TAGS
 _NO_LANE: Final = frozenset({"no", "none", "separate", "track", "sidepath", "shared_lane", "opposite"})
 # Cars park on both sides where tagged ways have so much parking across, m, in the mean: rather two rows than one.
 _BOTH_SIDES: Final = 1.25 * PARKING_WIDTH["parallel"]
-# How much of the same street, and of streets around, must be tagged, and how far around, m. Choices.
+# How much of the same street, and of streets around, must be tagged, and how far away, m: other towns have streets of
+# the same name. Choices.
 _SAME_MIN: Final = 50.0
+_SAME: Final = 1000.0
 _AROUND_MIN: Final = 200.0
 _AROUND: Final = 300.0
 # What rounding may make of these, m; a choice.
@@ -176,48 +178,36 @@ def _of_tagged_ways(ways: Sequence[RawWay], pieces: WayPieces, open_ones: BoolAr
     if not tagged.any():
         return {}
     across = np.array([_parking_across(way.tags) if tags else 0.0 for way, tags in zip(ways, tagged, strict=True)])
-    length = pieces.way_lengths(len(ways))
-    of_street: dict[tuple[str, ...], list[float]] = {}
     streets = [street_of(way.tags) for way in ways]
-    for index in np.flatnonzero(tagged).tolist():
-        if (street := streets[index]) is not None:
-            total = of_street.setdefault(street, [0.0, 0.0])
-            total[0] += length[index]
-            total[1] += length[index] * across[index]
-    around = _around(ways, pieces, open_ones, tagged, across)
-    out: dict[int, tuple[bool, str]] = {}
-    for index in np.flatnonzero(open_ones).tolist():
-        street = streets[index]
-        long, area = of_street.get(street, (0.0, 0.0)) if street is not None else (0.0, 0.0)
-        if long >= _SAME_MIN - _MARGIN:
-            out[index] = area >= (_BOTH_SIDES - _MARGIN) * long, "as along the same street"
-        elif index in around:
-            out[index] = around[index] >= _BOTH_SIDES - _MARGIN, "as along the streets around"
-    return out
-
-
-def _around(
-    ways: Sequence[RawWay], pieces: WayPieces, open_ones: BoolArray, tagged: BoolArray, across: FloatArray
-) -> dict[int, float]:
-    """Return the mean width of parking along tagged streets of their class around open ones, m, by index."""
     samples = sample_lines(pieces.points, pieces.count, _SPACING)
     way = pieces.way[owners(starts(pieces.count))[samples.node]]
-    names = sorted({item.tags["highway"] for item in ways})
-    classes = np.array([names.index(item.tags["highway"]) for item in ways], np.int64)
-    # Classes lie apart in the tree.
-    apart = np.column_stack([samples.points, 2.0 * _AROUND * classes[way]])
-    known = np.flatnonzero(tagged[way])
-    count = np.bincount(way, minlength=len(ways))
-    asked = np.flatnonzero(open_ones & (count > 0))
-    middle = np.column_stack([np.bincount(way, values, len(ways))[asked] / count[asked] for values in apart.T])
-    at, near = PointTree(apart[known]).within(middle, _AROUND)
-    # The tree has no order of its own, and sums depend on it.
-    order = np.lexsort((near, at))
-    at, near = at[order], known[near[order]]
-    long = np.bincount(at, samples.length[near], len(asked))
-    area = np.bincount(at, samples.length[near] * across[way[near]], len(asked))
-    enough = np.flatnonzero(long >= _AROUND_MIN - _MARGIN)
-    return dict(zip(asked[enough].tolist(), (area[enough] / long[enough]).tolist(), strict=True))
+
+    def near(kinds: Sequence[tuple[str, ...] | None], reach: float, least: float) -> dict[int, float]:
+        """Return the mean width of parking along tagged ways of their kind within reach of open ones, m, by index."""
+        names = {kind: number for number, kind in enumerate(sorted({kind for kind in kinds if kind is not None}))}
+        kind = np.array([-1 if item is None else names[item] for item in kinds], np.int64)
+        # Kinds lie apart in the tree.
+        apart = np.column_stack([samples.points, 2.0 * reach * kind[way]])
+        known = np.flatnonzero((tagged & (kind >= 0))[way])
+        count = np.bincount(way, minlength=len(ways))
+        asked = np.flatnonzero(open_ones & (kind >= 0) & (count > 0))
+        if not len(known) or not len(asked):
+            return {}
+        middle = np.column_stack([np.bincount(way, values, len(ways))[asked] / count[asked] for values in apart.T])
+        at, row = PointTree(apart[known]).within(middle, reach)
+        # The tree has no order of its own, and sums depend on it.
+        order = np.lexsort((row, at))
+        at, row = at[order], known[row[order]]
+        long = np.bincount(at, samples.length[row], len(asked))
+        area = np.bincount(at, samples.length[row] * across[way[row]], len(asked))
+        enough = np.flatnonzero(long >= least - _MARGIN)
+        return dict(zip(asked[enough].tolist(), (area[enough] / long[enough]).tolist(), strict=True))
+
+    around = near([(item.tags["highway"],) for item in ways], _AROUND, _AROUND_MIN)
+    same = near(streets, _SAME, _SAME_MIN)
+    found = {index: (mean, "as along the streets around") for index, mean in around.items()}
+    found |= {index: (mean, "as along the same street") for index, mean in same.items()}
+    return {index: (mean >= _BOTH_SIDES - _MARGIN, why) for index, (mean, why) in found.items()}
 
 
 def _parking_across(tags: Tags) -> float:
