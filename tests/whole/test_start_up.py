@@ -17,6 +17,9 @@ READERS = {"osmium", "rasterio", "pyproj"}
 HEAVY = {
     "scipy.interpolate",
     "scipy.optimize",
+    "scipy.spatial",
+    "scipy.special",
+    "scipy.fft",
     "scipy.stats",
     "scipy.signal",
     "scipy.integrate",
@@ -30,7 +33,7 @@ UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.python_api.files", "osm2xodr.
 OTHER_WINGS = tuple(
     f"osm2xodr.{wing}" for wing in ("batching", "checking", "exporting", "fetching", "crop_and_merge", "viewing")
 )
-LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg, scipy.spatial, scipy.fft, scipy.ndimage"
+LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg"
 
 
 def loaded(code: str) -> set[str]:
@@ -65,6 +68,14 @@ def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> Non
     assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
     assert found & UNASKED == set()
     assert {name for name in found if name.startswith(OTHER_WINGS)} == set()
+
+
+def test_reading_a_file_loads_no_scipy(tmp_path: Path) -> None:
+    file = tmp_path / "area.xodr"
+    converted(write_area(tmp_path), "-o", file)
+    found = loaded(f"from osm2xodr.cli import main\nassert main(['check', {str(file)!r}]) == 0")
+    assert {"numpy", "lxml"} <= found
+    assert {name for name in found if name.split(".")[0] == "scipy"} == set()
 
 
 def test_the_library_loads_when_it_is_used() -> None:

@@ -9,7 +9,6 @@ from itertools import chain, islice
 from typing import Any, Final
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from osm2xodr.errors import InputError
 from osm2xodr.exporting.outlines import outline_points
@@ -170,6 +169,9 @@ def _hull(ribbons: Ribbons, texts: list[str], rows: IntArray) -> str:
     """Return the convex hull of points as the text of a geometry; ``null`` where they span no area."""
     if not len(rows):
         return _NO_GEOMETRY
+    # Takes a tenth of a second to load, and reports need other parts of this package alone.
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         corners = ConvexHull(np.column_stack([ribbons.x[rows], ribbons.y[rows]])).vertices
     except QhullError:

@@ -7,23 +7,27 @@ from typing import Final
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from scipy.special import roots_legendre
 
 from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
 
-# Arc lengths of polynomials: panels per record, points per panel, and rounds of Newton's method inside one.
+# Arc lengths of polynomials: panels per record, and rounds of Newton's method inside one.
 _PANELS: Final = 8
-_PANEL_POINTS: Final = 6
 _NEWTON_ROUNDS: Final = 8
 # Newton's method ends where the arc length is off by less, m: its last step has then squared the error.
 _ARC_TOLERANCE: Final = 1e-6
 # Least speed of a polynomial curve that steps are divided by, m per unit of its parameter.
 _LEAST_SPEED: Final = 1e-12
 
-_PANEL_NODES, _PANEL_WEIGHTS = roots_legendre(_PANEL_POINTS)
+# Gauss-Legendre nodes of a panel from -1 to 1, and their weights (Abramowitz and Stegun 1964, table 25.4).
+_HALF_PANEL: Final = (
+    (0.23861918608319690863, 0.46791393457269104739),
+    (0.66120938646626451366, 0.36076157304813860757),
+    (0.93246951420315202781, 0.17132449237917034504),
+)
+_PANEL: Final = (*((-node, weight) for node, weight in reversed(_HALF_PANEL)), *_HALF_PANEL)
 
 _Triple = tuple[FloatArray, FloatArray, FloatArray]
 _Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
@@ -206,7 +210,7 @@ def _arc_length(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray)
     """Return the arc length from one parameter to another."""
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     total = np.zeros(len(low))
-    for node, weight in zip(_PANEL_NODES.tolist(), _PANEL_WEIGHTS.tolist(), strict=True):
+    for node, weight in _PANEL:
         at = middle + half * node
         total += weight * np.hypot(_slope(u, at), _slope(v, at))
     return half * total
