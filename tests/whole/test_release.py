@@ -102,7 +102,7 @@ def test_a_clean_installation_converts(dist: tuple[Path, Path], tmp_path: Path) 
     said = subprocess.check_output([bin_ / "osm2xodr", "--version"], text=True, cwd=tmp_path)
     assert osm2xodr.__version__ in said
     scene = scene_named("montlake_roundabout")
-    command = [bin_ / "osm2xodr", "convert", scene.osm, "--dem", scene.dem, "-o", "area.xodr", "-q"]
+    command = [str(bin_ / "osm2xodr"), "convert", str(scene.osm), "--dem", str(scene.dem), "-o", "area.xodr", "-q"]
     subprocess.run(command, check=True, cwd=tmp_path)
     code = (
         "import osm2xodr\n"
