@@ -51,8 +51,9 @@ run: $(VENV)/.run
 	@echo '  RoadRunner   File > Import > OpenDRIVE'
 	@echo 'Of an area of your own: $(BIN)/osm2xodr convert AREA.osm --dem DEM.tif -o OUT.xodr'
 
-# Two processes share the cores, so linear algebra gets one thread in each, as in the command line.
-PYTEST := -m pytest -n 2
+# Two processes share the cores, so linear algebra gets one thread in each, as in the command line. Each takes a row of
+# tests, whose fixtures are then made once.
+PYTEST := -m pytest -n 2 --dist worksteal
 export OPENBLAS_NUM_THREADS := 1
 
 # The oldest libraries are tried where they have wheels, with what goes through all of the libraries.
