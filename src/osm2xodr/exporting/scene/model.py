@@ -32,7 +32,7 @@ class Part:
 
     # What engines know it by, without a number or tile: ``Road_Road``, ``Terrain`` …
     name: str
-    material: str  # One of `osm2xodr.exporting.scene.materials.MATERIALS`
+    material: str  # One of `MATERIALS`
     vertices: FloatArray  # (n, 3) inertial x, y, z, m
     uv: FloatArray  # (n, 2) Coordinates on the surface, m
     faces: IntArray  # (m, 3) Vertices of each triangle
