@@ -111,9 +111,10 @@ format: $(VENV)/.test
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# Draws what docs/how_it_works.md shows.
+# Draws what docs/how_it_works.md and docs/method/junctions.md show.
 pictures: $(VENV)/.test
 	$(BIN)/python tools/draw_stages.py
+	$(BIN)/python tools/draw_junction.py
 
 site: $(VENV)/.test
 	$(BIN)/python tools/make_site.py

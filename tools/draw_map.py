@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,7 +20,7 @@ from osm2xodr.curves.cubics import cubic_value
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import Cubic, FloatArray, LaneType, Road, RoadMap, Street
+from osm2xodr.model import Cubic, FloatArray, LaneType, PlanView, Road, RoadMap, Street
 from osm2xodr.osmParsing import parse_osm
 from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.projection import to_local
@@ -27,6 +28,9 @@ from osm2xodr.projection import to_local
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL import Image
 
 STEP = 0.5
 FILL = {
@@ -36,6 +40,12 @@ FILL = {
     LaneType.TAXI: "#c9ab6b",
     LaneType.BIKING: "#7fae86",
 }
+SIDES = {LaneType.SIDEWALK: "#d9c6a0", LaneType.BORDER: "#b8c0a6", LaneType.SHOULDER: "#c6c6da"}
+# Of the pictures of steps: inches, and dots per inch.
+SIZE, DPI = (8.0, 6.0), 100
+COLOURS = 256
+RED, GREEN = "#b3451e", "#1f7a4d"
+BROKEN = (0, (8, 8))
 THROUGH = ("#1d5fa8", "#b3451e", "#1f7a4d", "#7a3d99", "#a07d10", "#0f7f8a", "#a3205f", "#4a5a1a")
 
 
@@ -48,8 +58,8 @@ def width_at(widths: Sequence[Cubic], ds: FloatArray) -> FloatArray:
     return out
 
 
-def lane_bands(road_map: RoadMap, index: int, road: Road) -> Iterator[tuple[LaneType, FloatArray, FloatArray]]:
-    """Yield type, inner and outer edge (n, 2) of every lane in every lane section of a road."""
+def lane_bands(road_map: RoadMap, index: int, road: Road) -> Iterator[tuple[LaneType, int, FloatArray, FloatArray]]:
+    """Yield type, id, inner and outer edge (n, 2) of every lane in every lane section of a road."""
     length = float(lengths(road_map.plan_view)[index])
     for k, section in enumerate(road.lane_sections):
         end = road.lane_sections[k + 1].s if k + 1 < len(road.lane_sections) else length
@@ -63,8 +73,88 @@ def lane_bands(road_map: RoadMap, index: int, road: Road) -> Iterator[tuple[Lane
             for lane in sorted((item for item in section.lanes if item.id * side > 0), key=lambda item: abs(item.id)):
                 outer = t + side * width_at(lane.widths, s - section.s)
                 place = np.column_stack([x, y])
-                yield lane.type, place + t[:, None] * across, place + outer[:, None] * across
+                yield lane.type, lane.id, place + t[:, None] * across, place + outer[:, None] * across
                 t = outer
+
+
+def reference_line(view: PlanView, index: int) -> FloatArray:
+    """Return points (n, 2) of a reference line, m."""
+    length = float(lengths(view)[index])
+    s = np.linspace(0.0, length, max(2, math.ceil(length)))
+    x, y, _ = pose(view, np.full(len(s), index), s)
+    return np.column_stack([x, y])
+
+
+def lane_marks(road_map: RoadMap, index: int, road: Road) -> Iterator[tuple[str, FloatArray]]:
+    """Yield type and line (n, 2) of the marks of a road's lanes."""
+    length = float(lengths(road_map.plan_view)[index])
+    for k, section in enumerate(road.lane_sections):
+        end = road.lane_sections[k + 1].s if k + 1 < len(road.lane_sections) else length
+        s = np.linspace(section.s, end, max(2, math.ceil(end - section.s)))
+        curve = np.full(len(s), index)
+        x, y, hdg = pose(road_map.plan_view, curve, s)
+        offset = cubic_value(road_map.lane_offset, curve, s)
+        for lane in section.lanes:
+            if lane.road_mark is None or lane.road_mark.type == "none" or not (lane.id == 0 or lane.type in FILL):
+                continue
+            nearer = [item for item in section.lanes if item.id * lane.id > 0 and abs(item.id) <= abs(lane.id)]
+            t = offset + math.copysign(1, lane.id) * sum(
+                (width_at(item.widths, s - section.s) for item in nearer), 0.0 * s
+            )
+            yield lane.road_mark.type, np.column_stack([x - t * np.sin(hdg), y + t * np.cos(hdg)])
+
+
+def draw_marks(axes: Axes, road_map: RoadMap, index: int, road: Road) -> None:
+    """Draw the marks of a road's lanes."""
+    for kind, edge in lane_marks(road_map, index, road):
+        axes.plot(*edge.T, color="white", lw=2.0, ls=BROKEN if "broken" in kind else "-", zorder=4)
+
+
+def draw_furniture(axes: Axes, road_map: RoadMap, *, names: bool = True) -> None:
+    """Draw objects with an outline, and signals, perhaps with their names."""
+    place = {road.id: index for index, road in enumerate(road_map.roads)}
+    for thing in road_map.furniture.objects:
+        x, y, hdg = (
+            float(item[0]) for item in pose(road_map.plan_view, np.array([place[thing.road]]), np.array([thing.s]))
+        )
+        middle = np.array([x - thing.t * math.sin(hdg), y + thing.t * math.cos(hdg)])
+        turn = hdg + thing.hdg
+        ring = np.array([corner[:2] for corner in thing.outline]).reshape(-1, 2)
+        if len(ring):
+            turned = ring @ np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+            axes.fill(*(middle + turned).T, color=GREEN, lw=0, alpha=0.7, zorder=5)
+    for signal in road_map.furniture.signals:
+        x, y, hdg = (
+            float(item[0]) for item in pose(road_map.plan_view, np.array([place[signal.road]]), np.array([signal.s]))
+        )
+        spot = (x - signal.t * math.sin(hdg), y + signal.t * math.cos(hdg))
+        if _is_shown(axes, spot):
+            axes.plot(*spot, "o", color=RED, ms=6, zorder=6)
+            name = signal.name.replace("_", " ") if names else ""
+            axes.annotate(name, spot, (6, 4), textcoords="offset points", fontsize=8, zorder=7)
+
+
+def _is_shown(axes: Axes, spot: tuple[float, float]) -> bool:
+    """Say whether a place is within the picture."""
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    return west < spot[0] < east and south < spot[1] < north
+
+
+def legend(axes: Axes, colors: Mapping[str, str]) -> None:
+    """Say in a corner what colours mean."""
+    handles = [Line2D([], [], color=color, lw=5, label=label) for label, color in colors.items()]
+    axes.legend(
+        handles=handles, loc="lower left", fontsize=8, facecolor="#e4e6e9" if "white" in colors.values() else None
+    )
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a picture with few colours: a quarter of the size."""
+    drawn = BytesIO()
+    figure.savefig(drawn, dpi=DPI)
+    plt.close(figure)
+    small = Image.open(drawn).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    small.save(path, optimize=True)
 
 
 def draw(
@@ -74,11 +164,11 @@ def draw(
     near = [
         k
         for k in range(len(road_map.roads))
-        if (np.hypot(*(_line(road_map, k) - np.array(centre)).T) < 1.6 * radius).any()
+        if (np.hypot(*(reference_line(road_map.plan_view, k) - np.array(centre)).T) < 1.6 * radius).any()
     ]
     for k in sorted(near, key=lambda k: road_map.roads[k].junction is None):
         road = road_map.roads[k]
-        for kind, inner, outer in lane_bands(road_map, k, road):
+        for kind, _, inner, outer in lane_bands(road_map, k, road):
             ring = np.vstack([inner, outer[::-1]])
             inside = road.junction is not None
             axes.fill(
@@ -100,13 +190,6 @@ def draw(
     )
     axes.set_xticks([])
     axes.set_yticks([])
-
-
-def _line(road_map: RoadMap, index: int) -> FloatArray:
-    length = float(lengths(road_map.plan_view)[index])
-    s = np.linspace(0.0, length, max(2, int(length / 5) + 1))
-    x, y, _ = pose(road_map.plan_view, np.full(len(s), index), s)
-    return np.column_stack([x, y])
 
 
 def main() -> None:

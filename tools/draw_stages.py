@@ -11,13 +11,27 @@ import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib as mpl
 import numpy as np
-from draw_map import FILL, THROUGH, lane_bands, width_at
+from draw_map import (
+    DPI,
+    FILL,
+    GREEN,
+    RED,
+    SIDES,
+    SIZE,
+    THROUGH,
+    draw_furniture,
+    draw_marks,
+    lane_bands,
+    legend,
+    reference_line,
+    save_picture,
+    width_at,
+)
 
 import osm2xodr
 from osm2xodr.curves import lengths, pose
@@ -26,7 +40,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
 from osm2xodr.geometry.plan_view import FittedStreets
 from osm2xodr.geometry.road_plan import plan_roads
-from osm2xodr.model import FloatArray, LaneType, PlanView, Road, RoadMap, StreetNetwork, Surface
+from osm2xodr.model import FloatArray, LaneType, Road, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import parse_osm
 from osm2xodr.pipeline import PipelineOptions
 from osm2xodr.projection import offline
@@ -36,8 +50,6 @@ from osm2xodr.surface import SurfaceOptions, points_along, read_surface
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
@@ -45,13 +57,8 @@ TARGET = ROOT / "docs" / "images" / "stages"
 # The place: west, south, east, north, local, m: a roundabout and the streets before it. The ground is shown of more.
 BOX = (2178.0, 672.0, 2338.0, 792.0)
 GROUND = (1500.0, 100.0, 2900.0, 1150.0)
-# Of each picture: inches, and dots per inch.
-SIZE, DPI = (8.0, 6.0), 100
-COLOURS = 256
-GREY, BLUE, RED, GREEN, SAND = "#9aa0a8", "#1d5fa8", "#b3451e", "#1f7a4d", "#f0d9b5"
+GREY, BLUE, SAND = "#9aa0a8", "#1d5fa8", "#f0d9b5"
 HIGHWAYS = {"primary": RED, "tertiary": "#c98a1e", "residential": BLUE, "service": GREY}
-SIDES = {LaneType.SIDEWALK: "#d9c6a0", LaneType.BORDER: "#b8c0a6", LaneType.SHOULDER: "#c6c6da"}
-BROKEN = (0, (8, 8))
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ class Stages:
     def roads(self, *, inside: bool) -> Iterator[tuple[int, Road]]:
         """Yield index and road of those inside or outside junctions that come near the place."""
         for index, road in enumerate(self.road_map.roads):
-            if (road.junction is not None) is inside and _is_near(_line(self.road_map.plan_view, index)):
+            if (road.junction is not None) is inside and _is_near(reference_line(self.road_map.plan_view, index)):
                 yield index, road
 
 
@@ -106,7 +113,7 @@ def osm(axes: Axes, stages: Stages) -> None:
             )  # fmt: skip
     for item in stages.network.intersections:
         axes.plot(item.x, item.y, "s", color="black", ms=5, zorder=3)
-    _legend(axes, {f"highway={name}": color for name, color in HIGHWAYS.items()} | {"where streets meet": "black"})
+    legend(axes, {f"highway={name}": color for name, color in HIGHWAYS.items()} | {"where streets meet": "black"})
 
 
 def ground(axes: Axes, stages: Stages) -> None:
@@ -140,7 +147,7 @@ def plan_view(axes: Axes, stages: Stages) -> None:
         axes.plot(x, y, color=color, lw=2.4, solid_capstyle="butt", zorder=2)
     for street in stages.network.streets:
         axes.plot(*street.points.T, "o", color="black", ms=3, zorder=3)
-    _legend(axes, {"line": GREEN, "arc": RED, "spiral": BLUE, "node of OSM": "black"})
+    legend(axes, {"line": GREEN, "arc": RED, "spiral": BLUE, "node of OSM": "black"})
 
 
 def lanes(axes: Axes, stages: Stages) -> None:
@@ -148,10 +155,10 @@ def lanes(axes: Axes, stages: Stages) -> None:
     _fill(axes, stages, FILL)
     view = stages.road_map.plan_view
     for index, road in stages.roads(inside=False):
-        axes.plot(*_line(view, index).T, color="black", lw=0.8, zorder=4)
+        axes.plot(*reference_line(view, index).T, color="black", lw=0.8, zorder=4)
         for section in road.lane_sections:
             axes.plot(*_across(stages.road_map, index, road, section.s).T, color=RED, lw=2.0, zorder=5)
-    _legend(axes, {"lane": FILL[LaneType.DRIVING], "reference line": "black", "start of a lane section": RED})
+    legend(axes, {"lane": FILL[LaneType.DRIVING], "reference line": "black", "start of a lane section": RED})
 
 
 def junctions(axes: Axes, stages: Stages) -> None:
@@ -169,7 +176,7 @@ def junctions(axes: Axes, stages: Stages) -> None:
         axes.fill(*corners[np.argsort(np.arctan2(y, x))].T, color=SAND, lw=0, zorder=1)
         for end in ends:
             axes.plot(*end.T, color=RED, lw=2.4, zorder=4)
-    _legend(axes, {"road": FILL[LaneType.DRIVING], "its end": RED, "junction": SAND})
+    legend(axes, {"road": FILL[LaneType.DRIVING], "its end": RED, "junction": SAND})
 
 
 def through(axes: Axes, stages: Stages) -> None:
@@ -178,7 +185,7 @@ def through(axes: Axes, stages: Stages) -> None:
     for index, road in stages.roads(inside=True):
         if all(lane.type not in FILL for lane in road.lane_sections[0].lanes):
             continue
-        line = _line(stages.road_map.plan_view, index)
+        line = reference_line(stages.road_map.plan_view, index)
         color = THROUGH[(road.predecessor.id if road.predecessor else 0) % len(THROUGH)]
         axes.plot(*line.T, color=color, lw=1.4, zorder=5)
         arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.0}
@@ -190,7 +197,7 @@ def sides(axes: Axes, stages: Stages) -> None:
     colors = FILL | SIDES
     _fill(axes, stages, colors, inside=True)
     _fill(axes, stages, colors)
-    _legend(axes, {kind.value: colors[kind] for kind in (LaneType.DRIVING, LaneType.SIDEWALK, LaneType.BORDER)})
+    legend(axes, {kind.value: colors[kind] for kind in (LaneType.DRIVING, LaneType.SIDEWALK, LaneType.BORDER)})
 
 
 def heights(axes: Axes, stages: Stages) -> None:
@@ -217,31 +224,10 @@ def furniture(axes: Axes, stages: Stages) -> None:
     _fill(axes, stages, pale, inside=True)
     _fill(axes, stages, pale)
     road_map = stages.road_map
-    place = {road.id: index for index, road in enumerate(road_map.roads)}
     for index, road in stages.roads(inside=False):
-        for kind, edge in _marks(road_map, index, road):
-            axes.plot(*edge.T, color="white", lw=2.0, ls=BROKEN if "broken" in kind else "-", zorder=4)
-    for thing in road_map.furniture.objects:
-        x, y, hdg = (
-            float(item[0]) for item in pose(road_map.plan_view, np.array([place[thing.road]]), np.array([thing.s]))
-        )
-        middle = np.array([x - thing.t * math.sin(hdg), y + thing.t * math.cos(hdg)])
-        turn = hdg + thing.hdg
-        ring = np.array([corner[:2] for corner in thing.outline]).reshape(-1, 2)
-        if len(ring):
-            turned = ring @ np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
-            axes.fill(*(middle + turned).T, color=GREEN, lw=0, alpha=0.7, zorder=5)
-    for signal in road_map.furniture.signals:
-        x, y, hdg = (
-            float(item[0]) for item in pose(road_map.plan_view, np.array([place[signal.road]]), np.array([signal.s]))
-        )
-        spot = (x - signal.t * math.sin(hdg), y + signal.t * math.cos(hdg))
-        if _is_near(np.array([spot]), 0.0):
-            axes.plot(*spot, "o", color=RED, ms=6, zorder=6)
-            axes.annotate(
-                signal.name.replace("_", " "), spot, (6, 4), textcoords="offset points", fontsize=8, zorder=7
-            )
-    _legend(axes, {"sign": RED, "crossing, painted area": GREEN, "mark": "white"})
+        draw_marks(axes, road_map, index, road)
+    draw_furniture(axes, road_map)
+    legend(axes, {"sign": RED, "crossing, painted area": GREEN, "mark": "white"})
 
 
 PICTURES: Mapping[str, Callable[[Axes, Stages], None]] = {
@@ -260,14 +246,6 @@ LAST = "10_file"
 # ---------------------------------------------------------------- parts of them
 
 
-def _line(view: PlanView, index: int) -> FloatArray:
-    """Return points (n, 2) of a reference line, m."""
-    length = float(lengths(view)[index])
-    s = np.linspace(0.0, length, max(2, math.ceil(length)))
-    x, y, _ = pose(view, np.full(len(s), index), s)
-    return np.column_stack([x, y])
-
-
 def _is_near(points: FloatArray, margin: float = 20.0) -> bool:
     """Say whether one of some points (n, 2) lies in the place or up to a margin, m, around it."""
     west, south, east, north = BOX
@@ -279,7 +257,7 @@ def _is_near(points: FloatArray, margin: float = 20.0) -> bool:
 def _fill(axes: Axes, stages: Stages, colors: Mapping[LaneType, str], *, inside: bool = False) -> None:
     """Fill lanes of some types, with white lines between those outside junctions."""
     for index, road in stages.roads(inside=inside):
-        for kind, inner, outer in lane_bands(stages.road_map, index, road):
+        for kind, _, inner, outer in lane_bands(stages.road_map, index, road):
             if kind in colors:
                 axes.fill(*np.vstack([inner, outer[::-1]]).T, color=colors[kind], lw=0, zorder=1 if inside else 2)
 
@@ -298,32 +276,6 @@ def _across(road_map: RoadMap, index: int, road: Road, s: float) -> FloatArray:
     return np.array(found)
 
 
-def _marks(road_map: RoadMap, index: int, road: Road) -> Iterator[tuple[str, FloatArray]]:
-    """Yield type and line (n, 2) of the marks of a road's lanes."""
-    length = float(lengths(road_map.plan_view)[index])
-    for k, section in enumerate(road.lane_sections):
-        end = road.lane_sections[k + 1].s if k + 1 < len(road.lane_sections) else length
-        s = np.linspace(section.s, end, max(2, math.ceil(end - section.s)))
-        curve = np.full(len(s), index)
-        x, y, hdg = pose(road_map.plan_view, curve, s)
-        offset = cubic_value(road_map.lane_offset, curve, s)
-        for lane in section.lanes:
-            if lane.road_mark is None or lane.road_mark.type == "none" or not (lane.id == 0 or lane.type in FILL):
-                continue
-            nearer = [item for item in section.lanes if item.id * lane.id > 0 and abs(item.id) <= abs(lane.id)]
-            t = offset + math.copysign(1, lane.id) * sum(
-                (width_at(item.widths, s - section.s) for item in nearer), 0.0 * s
-            )
-            yield lane.road_mark.type, np.column_stack([x - t * np.sin(hdg), y + t * np.cos(hdg)])
-
-
-def _legend(axes: Axes, colors: Mapping[str, str]) -> None:
-    handles = [Line2D([], [], color=color, lw=5, label=label) for label, color in colors.items()]
-    axes.legend(
-        handles=handles, loc="lower left", fontsize=8, facecolor="#e4e6e9" if "white" in colors.values() else None
-    )
-
-
 def draw(folder: Path) -> None:
     """Write all pictures to a folder."""
     stages = run()
@@ -336,14 +288,7 @@ def draw(folder: Path) -> None:
             axes.set_axis_off()
         picture(axes, stages)
         figure.tight_layout(pad=0.4)
-        drawn = BytesIO()
-        figure.savefig(drawn, dpi=DPI)
-        plt.close(figure)
-        # A palette makes a quarter of it.
-        small = (
-            Image.open(drawn).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        )
-        small.save(folder / f"{name}.png", optimize=True)
+        save_picture(figure, folder / f"{name}.png")
     with TemporaryDirectory() as temporary:
         made = Path(temporary) / "ordino.xodr"
         stages.result.write(made)

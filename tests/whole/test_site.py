@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import urllib.parse
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -18,11 +19,11 @@ from PIL import Image
 from osm2xodr.cli.program import cli
 
 pytest.importorskip("sphinx")
+import draw_junction
 import draw_stages
 import make_site
 
 ROOT = Path(__file__).parents[2]
-PICTURES = ROOT / "docs" / "images" / "stages"
 # The largest picture, bytes.
 PICTURE_MAX = 150_000
 # How much pictures may differ, of 255, on average: versions of matplotlib draw text differently.
@@ -113,15 +114,22 @@ def test_formulas_are_drawn_by_the_browser_itself(site: Path) -> None:
     assert not re.search(r"\\[a-z]{3}", re.sub(r"<code.*?</code>", "", text))
 
 
-def test_the_pictures_of_the_steps_are_those_of_today(tmp_path: Path) -> None:
-    draw_stages.draw(tmp_path)
+@pytest.mark.parametrize(
+    ("draw", "folder", "document"),
+    [(draw_stages.draw, "stages", "how_it_works.md"), (draw_junction.draw, "junction", "method/junctions.md")],
+)
+def test_the_pictures_of_the_steps_are_those_of_today(
+    draw: Callable[[Path], None], folder: str, document: str, tmp_path: Path
+) -> None:
+    draw(tmp_path)
+    pictures = ROOT / "docs" / "images" / folder
     made = sorted(path.name for path in tmp_path.iterdir())
-    assert made == sorted(path.name for path in PICTURES.iterdir())
+    assert made == sorted(path.name for path in pictures.iterdir())
     assert len(made) == 10
-    document = (ROOT / "docs" / "how_it_works.md").read_text(encoding="utf-8")
-    assert re.findall(r"images/stages/([\w.]+)\)", document) == made
+    text = (ROOT / "docs" / document).read_text(encoding="utf-8")
+    assert re.findall(rf"images/{folder}/([\w.]+)\)", text) == made
     for name in made:
-        assert (PICTURES / name).stat().st_size < PICTURE_MAX
-        kept, new = (np.asarray(Image.open(folder / name).convert("RGB"), float) for folder in (PICTURES, tmp_path))
+        assert (pictures / name).stat().st_size < PICTURE_MAX
+        kept, new = (np.asarray(Image.open(place / name).convert("RGB"), float) for place in (pictures, tmp_path))
         assert kept.shape == new.shape, name
         assert np.abs(kept - new).mean() < DIFFERENCE_MAX, f"{name} shows what was; renew it: make pictures"
