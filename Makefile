@@ -57,7 +57,7 @@ PYTEST := -m pytest -n 2 --dist worksteal
 export OPENBLAS_NUM_THREADS := 1
 
 # The oldest libraries are tried where they have wheels, with what goes through all of the libraries.
-OLDEST_CORE := tests/whole/test_scenes.py tests/batching/cutting/test_cuts.py tests/batching/workers/test_dask_cluster.py \
+OLDEST_CORE := tests/whole/test_scenes.py tests/batching/cutting/test_cuts.py tests/batching/test_workers.py \
 	tests/surface/test_mosaic.py tests/cli/test_views.py
 HAS_OLDEST := $(shell $(PYTHON) -c 'import sys; print("yes" if sys.version_info < (3, 12) else "")' 2>/dev/null)
 

@@ -31,7 +31,7 @@ HOMES = {
     "networkx": {"exporting"},
     "pyogrio": {"exporting"},
     "lxml": {"checking.checks", "crop_and_merge"},
-    "distributed": {"batching.workers"},
+    "distributed": {"batching"},
     "tomli": {"batching"},
     "pyproj": {"", "surface", "surface.grids", "opendrive.space"},
 }

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from osm2xodr.batching.areas import (
+    _IDS_PER_AREA,
     _number,
     check_name,
     frame_around,
@@ -16,9 +17,10 @@ from osm2xodr.batching.areas import (
     outlined,
     parse_length,
     read_areas,
+    read_partition,
+    shared_frame,
 )
 from osm2xodr.batching.model import Area
-from osm2xodr.batching.shared_frame import _IDS_PER_AREA, read_partition, shared_frame
 from osm2xodr.curves.polygons import inside_outline
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from small_area import write_area, write_dem
 
-from osm2xodr.batching.index.summary import COLUMNS
+from osm2xodr.batching.summary import COLUMNS
 
 yaml = pytest.importorskip("yaml", reason="comes with distributed")
 

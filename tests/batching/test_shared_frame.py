@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from osm2xodr.batching.shared_frame import read_partition
+from osm2xodr.batching.areas import read_partition
 from osm2xodr.cli import main
 from osm2xodr.errors import InputError
 from osm2xodr.projection import make_frame

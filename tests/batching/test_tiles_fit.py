@@ -15,7 +15,8 @@ from lxml import etree
 from xodr_file import Road, XodrFile, read_xodr
 
 from osm2xodr.batching import workflow
-from osm2xodr.batching.workers import AreaJob, Outcome, Workers
+from osm2xodr.batching.area_process import AreaJob, Outcome
+from osm2xodr.batching.workers import Workers
 from osm2xodr.cli import main
 from osm2xodr.projection import make_frame, to_local
 from osm2xodr.system.limits import parse_duration

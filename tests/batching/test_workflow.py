@@ -25,10 +25,10 @@ from small_area import OSM, write_area, write_dem
 import osm2xodr
 from osm2xodr import __version__
 from osm2xodr.batching import workflow
-from osm2xodr.batching.fingerprints import load_state, save_state
+from osm2xodr.batching.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batching.kept_cuts import load_state, save_state
 from osm2xodr.batching.out_dir import open_out_dir
 from osm2xodr.batching.workers import Workers
-from osm2xodr.batching.workers.area_process import AreaJob, Outcome, end_areas, run_area
 from osm2xodr.cli import area_server, main
 
 
@@ -378,7 +378,7 @@ def test_a_conversion_by_itself(tmp_path: Path) -> None:
 
 ENDING = """
 import sys, threading
-from osm2xodr.batching.workers.area_process import AreaJob, run_area
+from osm2xodr.batching.area_process import AreaJob, run_area
 from osm2xodr.cli import area_server
 job = AreaJob("a", ("convert", sys.argv[1], "-o", "a.xodr", "-q"), area_server.__name__, "a batch")
 thread = threading.Thread(target=run_area, args=(job,), daemon=True)

@@ -10,19 +10,23 @@ if TYPE_CHECKING:
     from osm2xodr.batching.areas import (
         PlannedArea as PlannedArea,
         frame_around as frame_around,
+        keep_bounds as keep_bounds,
         make_tiles as make_tiles,
         outlined as outlined,
         parse_length as parse_length,
         read_areas as read_areas,
         read_file as read_file,
+        read_partition as read_partition,
         read_polygons as read_polygons,
+        recall_bounds as recall_bounds,
     )
-    from osm2xodr.batching.bounds import keep_bounds as keep_bounds, recall_bounds as recall_bounds
     from osm2xodr.batching.cutting import bounds_of as bounds_of, cut_areas as cut_areas
-    from osm2xodr.batching.index import write_summary as write_summary
     from osm2xodr.batching.manifest import (
         ManifestContext as ManifestContext,
+        decoded as decoded,
+        parse_toml as parse_toml,
         read_manifest as read_manifest,
+        unknown_key as unknown_key,
     )
     from osm2xodr.batching.model import (
         EMPTY as EMPTY,
@@ -32,8 +36,7 @@ if TYPE_CHECKING:
         Status as Status,
     )
     from osm2xodr.batching.out_dir import open_out_dir as open_out_dir
-    from osm2xodr.batching.shared_frame import read_partition as read_partition
-    from osm2xodr.batching.toml import decoded as decoded, parse_toml as parse_toml, unknown_key as unknown_key
+    from osm2xodr.batching.summary import write_summary as write_summary
     from osm2xodr.batching.workers import Workers as Workers, check_dask as check_dask
     from osm2xodr.batching.workflow import (
         BatchOptions as BatchOptions,
@@ -47,21 +50,21 @@ __getattr__ = lazy_exports(
         "areas": (
             "PlannedArea",
             "frame_around",
+            "keep_bounds",
             "make_tiles",
             "outlined",
             "parse_length",
             "read_areas",
             "read_file",
+            "read_partition",
             "read_polygons",
+            "recall_bounds",
         ),
-        "bounds": ("keep_bounds", "recall_bounds"),
         "cutting": ("bounds_of", "cut_areas"),
-        "index": ("write_summary",),
-        "manifest": ("ManifestContext", "read_manifest"),
-        "model": ("Area", "CutRequest", "EMPTY", "Result", "Status"),
+        "summary": ("write_summary",),
+        "manifest": ("ManifestContext", "decoded", "parse_toml", "read_manifest", "unknown_key"),
+        "model": ("EMPTY", "Area", "CutRequest", "Result", "Status"),
         "out_dir": ("open_out_dir",),
-        "shared_frame": ("read_partition",),
-        "toml": ("decoded", "parse_toml", "unknown_key"),
         "workers": ("Workers", "check_dask"),
         "workflow": ("BatchOptions", "Listener", "run_batch"),
     },

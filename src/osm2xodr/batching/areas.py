@@ -1,22 +1,30 @@
-"""Areas of one map: squares of a grid, or outlines from a file."""
+"""Areas of one map: squares of a grid, or outlines from a file, and the file that all of them share.
+
+``osm2xodr batch --shared-frame`` writes it, with the frame and the outlines of areas side by side, and ``osm2xodr
+convert --frame`` reads it. Bounds of maps are kept, because reading a map takes minutes.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
+from xml.etree import ElementTree
 
 import numpy as np
 
+from osm2xodr import __version__
 from osm2xodr.batching.model import Area
 from osm2xodr.errors import InputError
-from osm2xodr.model import LocalFrame, Outline
+from osm2xodr.model import LocalFrame, Outline, Partition
 from osm2xodr.projection import make_frame, to_geographic, to_local
-from osm2xodr.system import parse_json
+from osm2xodr.system import parse_json, stream_to
 
 RingDeg = tuple[tuple[float, float], ...]
 
@@ -42,6 +50,13 @@ _SIDE_POINTS: Final = 33
 # Names of the batch's own files, and the longest name, bytes: file systems take 255 with the endings.
 _TAKEN_NAMES: Final = frozenset({"summary", "index", "frame"})
 _NAME_MAX: Final = 120
+
+# Version of the layout; goes up when a field is removed or changes its meaning.
+_FRAME_FORMAT: Final = 1
+# Ids of roads and junctions that each area may use; a choice.
+_IDS_PER_AREA: Final = 100_000
+
+_Bounds = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,3 +272,131 @@ def check_ring(corners: Any, where: str) -> RingDeg:
     if max(lon for lon, _ in ring) - min(lon for lon, _ in ring) > 180.0:
         raise InputError(f"{where}: it reaches round half of the world or more; split areas at the 180th meridian")
     return tuple(ring)
+
+
+def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
+    """Return the contents of the file; `InputError` says that there are more areas than ids for their roads."""
+    frame = planned[0].frame
+    assert frame is not None
+    areas = []
+    for item in sorted(planned, key=lambda item: item.area.name):
+        assert item.outline is not None
+        first = 1 + _IDS_PER_AREA * item.number
+        # Several readers keep ids as numbers of 32 bits.
+        if first + _IDS_PER_AREA > 2**31:
+            raise InputError(
+                "there are too many areas for --shared-frame to give ids; choose larger ones, or a smaller map"
+            )
+        rings = [ring.tolist() for ring in item.outline.rings]
+        block = {} if item.block is None else {"block": item.block.name}
+        areas.append({"name": item.area.name, "first_id": first, "rings": rings, **block})
+    return {"format": _FRAME_FORMAT, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}
+
+
+def read_partition(path: Path, own: str, *, in_block: bool = False) -> Partition:
+    """Read how areas lie side by side; `own` is the name of the area that is converted, `in_block` with its block.
+
+    The file is JSON: ``format``, the frame's origin ``lat_0_deg`` and ``lon_0_deg``, and ``areas``, each with its
+    ``name``, ``first_id``, ``rings`` of local x, y, m, and perhaps the name of its ``block``. Raises `InputError` if
+    it cannot be read, is of another kind, or does not have the area or a block of it.
+    """
+    try:
+        found = path.stat()
+        partition, blocks = _read(path, found.st_size, found.st_mtime_ns)
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8"
+        raise InputError(f"{path} cannot be read: {why.lower()}; give the file that the batch wrote") from error
+    except (ValueError, KeyError, TypeError, IndexError, OverflowError) as error:
+        raise InputError(
+            f"{path} does not say how areas lie side by side; give the file that osm2xodr batch --shared-frame wrote"
+        ) from error
+    if own not in partition.names:
+        raise InputError(
+            f"{path} has no area {own!r}, after which the map is named; give the map of one of its areas"
+        )
+    index = partition.names.index(own)
+    if not in_block:
+        return replace(partition, own=index)
+    if not blocks[index]:
+        raise InputError(f"{path}: area {own!r} is in no block; give its own map, without --tile")
+    block = tuple(k for k, name in enumerate(blocks) if name == blocks[index])
+    return replace(partition, own=index, block=block)
+
+
+# Kept, because a process converts many areas of a batch, and the file of a country takes a while to read.
+@lru_cache(maxsize=1)
+def _read(path: Path, size: int, mtime_ns: int) -> tuple[Partition, tuple[str, ...]]:
+    """Read the areas, as the partition of the first one, and the name of the block of each, "" for none.
+
+    What is wrong with the file raises one of the errors that `read_partition` catches.
+    """
+    table = parse_json(path.read_text(encoding="utf-8"))
+    if table["format"] != _FRAME_FORMAT:
+        raise InputError(
+            f"{path} has format {table['format']}, and this version reads {_FRAME_FORMAT}; run the batch again"
+        )
+    areas = table["areas"]
+    names = tuple(str(area["name"]) for area in areas)
+    outlines = tuple(
+        Outline(tuple(np.array(ring, np.float64).reshape(-1, 2) for ring in area["rings"])) for area in areas
+    )
+    rings = [ring for outline in outlines for ring in outline.rings]
+    if not all(len(ring) > 2 and np.isfinite(ring).all() for ring in rings):
+        raise ValueError
+    if not all(outline.rings for outline in outlines):
+        raise ValueError
+    frame = make_frame(float(table["lat_0_deg"]), float(table["lon_0_deg"]))
+    first_ids = tuple(int(area["first_id"]) for area in areas)
+    blocks = tuple(str(area.get("block", "")) for area in areas)
+    return Partition(frame, names, outlines, first_ids, 0), blocks
+
+
+def recall_bounds(out_dir: Path, source: Path) -> _Bounds | None:
+    """Return the bounds of a map, west, south, east, north, degrees; None if unknown or if the map has changed."""
+    try:
+        known = parse_json(_file(out_dir).read_bytes())
+        if known["mark"] != _mark(source):
+            return None
+        west, south, east, north = (float(value) for value in known["bounds"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    return west, south, east, north
+
+
+def keep_bounds(out_dir: Path, source: Path, bounds: _Bounds) -> None:
+    """Keep the bounds of a map for the next run."""
+    if recall_bounds(out_dir, source) == bounds:
+        return
+    with stream_to(_file(out_dir)) as stream:
+        stream.write(json.dumps({"mark": _mark(source), "bounds": bounds}).encode("ascii") + b"\n")
+
+
+def _file(out_dir: Path) -> Path:
+    # Without an ending, as the states of areas have.
+    return out_dir / ".state" / "bounds"
+
+
+def _mark(source: Path) -> list[str | int]:
+    found = source.stat()
+    return [__version__, str(source), found.st_size, found.st_mtime_ns]
+
+
+def road_bounds(xodr: Path) -> tuple[RingDeg, ...]:
+    """Return the bounds in the header of a file that osm2xodr wrote, as corners in degrees; nothing if unknown."""
+    try:
+        # Opened here, because Python before 3.13 does not close it when reading stops early.
+        with xodr.open("rb") as stream:
+            for _, element in ElementTree.iterparse(stream, ("end",)):
+                if element.tag == "header":
+                    return (_ring(element),)
+    except (OSError, ElementTree.ParseError, ValueError):
+        pass
+    return ()
+
+
+def _ring(header: ElementTree.Element) -> RingDeg:
+    proj = re.sub(r"\s*\+(?:geoidgrids|vunits)=\S+", "", header.findtext("geoReference", "")).strip()
+    west, south, east, north = (float(header.get(side, "")) for side in ("west", "south", "east", "north"))
+    x, y = np.array([west, east, east, west]), np.array([south, south, north, north])
+    lon, lat = to_geographic(LocalFrame(proj, 0.0, 0.0), x, y)
+    return tuple(zip(np.round(lon, 7).tolist(), np.round(lat, 7).tolist(), strict=True))

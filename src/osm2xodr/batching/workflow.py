@@ -8,15 +8,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
-from osm2xodr.batching.areas import PlannedArea
-from osm2xodr.batching.bounds import road_bounds
-from osm2xodr.batching.fingerprints import Mark, Marks, State, contents, load_state, remove, save_state
-from osm2xodr.batching.index import thumbnail
-from osm2xodr.batching.kept_cuts import KeptCuts, cut_name
+from osm2xodr.batching.area_process import AreaJob, Outcome
+from osm2xodr.batching.area_rows import thumbnail
+from osm2xodr.batching.areas import PlannedArea, road_bounds, shared_frame
+from osm2xodr.batching.kept_cuts import (
+    KeptCuts,
+    Mark,
+    Marks,
+    State,
+    contents,
+    cut_name,
+    load_state,
+    remove,
+    save_state,
+)
 from osm2xodr.batching.model import Result, Status, for_batches
 from osm2xodr.batching.out_dir import OutDir, write_if_changed
-from osm2xodr.batching.shared_frame import shared_frame
-from osm2xodr.batching.workers import AreaJob, Outcome, Workers, running
+from osm2xodr.batching.workers import Workers, running
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError, SwappedAxesError
 from osm2xodr.model import Corrections, unused

@@ -56,7 +56,7 @@ _PRELOADED: Final = (
     "osm2xodr.python_api.converting",
     "osm2xodr.python_api.corrections",
     "osm2xodr.python_api.maps",
-    "osm2xodr.batching.shared_frame",
+    "osm2xodr.batching.areas",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",
     "osm2xodr.furniture.lights",

@@ -9,8 +9,8 @@ from batch_results import leave_files, rectangle, result
 from browser import Page, browser
 from viewed_file import HOSTILE
 
-from osm2xodr.batching.index.summary import write_summary
 from osm2xodr.batching.model import Status
+from osm2xodr.batching.summary import write_summary
 
 # Three by three squares, the first row in the south; the last area is nowhere.
 _STATES = (

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from distributed.comm import CommClosedError
 
-from osm2xodr.batching.workers import dask_cluster as running
-from osm2xodr.batching.workers.area_process import AreaJob, Outcome
+from osm2xodr.batching import workers as running
+from osm2xodr.batching.area_process import AreaJob, Outcome
 from osm2xodr.errors import Osm2xodrError
 
 
@@ -56,7 +56,7 @@ class Client:
 def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
     client, jobs = Client(), [AreaJob("a", ()), AreaJob("b", (), block="x"), AreaJob("c", (), block="x")]
     with contextlib.ExitStack() as stack:
-        found = list(running._outcomes(client, jobs, "batch", stack))
+        found = list(running._outcomes_of_cluster(client, jobs, "batch", stack))
     assert found == [(job, Outcome("", 1.0)) for job in jobs]
     assert [(future.asked, future.status) for future in client.futures] == [(2, "released"), (2, "released")]
 

@@ -17,7 +17,7 @@ import pytest
 from batch_runs import Cluster, RunningBatch, cluster, made, noted, started, statuses, write_table, write_village
 from small_area import street_grid, write_dem
 
-from osm2xodr.batching.workers import dask_cluster as running
+from osm2xodr.batching import workers as running
 from osm2xodr.cli import main
 
 AREAS = 40

@@ -1,7 +1,8 @@
-"""One row per area: its result, and the figures of its report."""
+"""One row per area for the summary of a batch: its result, the figures of its report, and a small picture."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -9,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from osm2xodr.batching.index.thumbnails import thumbnail
 from osm2xodr.batching.model import Result, Status
 from osm2xodr.batching.out_dir import OutDir
 from osm2xodr.diagnostics import Kind
+from osm2xodr.errors import InputError, OutputError
 from osm2xodr.reporting import REPORT_FORMAT
-from osm2xodr.system import parse_json
+from osm2xodr.system import parse_json, stream_to
+from osm2xodr.viewing import draw_thumbnail
 
 # Endings of the files of an area: road network, report, page to explore.
 _SUFFIXES = (".xodr", ".json", ".html")
@@ -137,3 +139,19 @@ def _number(parent: Mapping[str, Any], key: str) -> float | None:
 def _text(parent: Mapping[str, Any], key: str) -> str:
     value = parent.get(key)
     return one_line(value) if isinstance(value, str) else ""
+
+
+def thumbnail(out: OutDir, name: str) -> bytes:
+    """Return the picture of an area, as PNG; empty if there is no road network to draw."""
+    xodr, kept = out.outputs(name)[0], out.thumbnail(name)
+    with contextlib.suppress(OSError):
+        if kept.stat().st_mtime_ns >= xodr.stat().st_mtime_ns:
+            return kept.read_bytes()
+    try:
+        picture = draw_thumbnail(xodr)
+    except InputError:
+        return b""
+    # The page does without the kept one.
+    with contextlib.suppress(OutputError), stream_to(kept) as stream:
+        stream.write(picture)
+    return picture

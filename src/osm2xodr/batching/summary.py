@@ -1,24 +1,39 @@
-"""The page about many areas: a map, the failures, a table.
+"""Writes the summary of a batch: a table for programs, and a page with a map, the failures and a table for people.
 
 Scripts sort, filter and zoom; where they are forbidden, as in archives of some build servers, the rest still works.
+
+The map is in the Mercator projection, in units of the drawing. It is conformal, so small areas keep their shape at
+any latitude. Formula: J. P. Snyder, Map Projections: A Working Manual, USGS 1987, eq. 7-1 and 7-2, on the sphere.
 """
 
 from __future__ import annotations
 
+import csv
+import io
+import math
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 from urllib.parse import quote
 
 from osm2xodr import __version__
-from osm2xodr.batching.index.area_rows import AreaRow, Figures, one_line
-from osm2xodr.batching.index.map import Map, Shape, make_map, number
-from osm2xodr.batching.model import Status
+from osm2xodr.batching.area_rows import AreaRow, Figures, one_line, read_rows
+from osm2xodr.batching.model import Result, Status
 from osm2xodr.diagnostics import Kind, counted
+from osm2xodr.system import stream_to
 from osm2xodr.viewing import facts, filled, package_text, page_html
+
+TABLE_NAME: Final = "summary.csv"
+PAGE_NAME: Final = "index.html"
+
+# Spreadsheets take cells that begin with these for formulas; the last four are the full-width forms.
+_FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 # Statuses, the most important first, and what each means for areas.
 _STATUSES: Final = MappingProxyType(
@@ -30,6 +45,101 @@ _STATUSES: Final = MappingProxyType(
     }
 )
 _LINKS: Final = MappingProxyType({".xodr": "xodr", ".json": "report", ".html": "page"})
+
+Ring = tuple[tuple[float, float], ...]
+Point = tuple[float, float]
+
+# Radius of the sphere, m: the semi-major axis of WGS 84, as in web maps.
+RADIUS: Final = 6378137.0
+# Width of the drawing, units: numbers stay short, and fine enough for browsers, which keep seven digits.
+WIDTH: Final = 1000.0
+# Latitude at which the map ends, degrees: there a map of the whole earth is a square.
+_LAST_LATITUDE: Final = 85.05
+# Least width and height of what is drawn, m: a single area may be a point.
+_LEAST_EXTENT: Final = 300.0
+# Margin on each side as a share of the width.
+_MARGIN: Final = 0.03
+# Least and largest height of the drawing as a share of its width.
+_LEAST_ASPECT: Final = 1 / 3
+_LARGEST_ASPECT: Final = 3.0
+
+
+def _of_result(decimals: int, get: Callable[[Result], float]) -> Callable[[AreaRow], str]:
+    """Return a function for cells with a figure that is 0 without a conversion."""
+    return lambda row: f"{get(row.result):.{decimals}f}" if get(row.result) > 0.0 else ""
+
+
+def _figure(decimals: int, get: Callable[[Figures], float | None], unit: float = 1.0) -> Callable[[AreaRow], str]:
+    """Return a function for cells with a figure of the report, in some unit."""
+
+    def cell(row: AreaRow) -> str:
+        value = None if row.figures is None else get(row.figures)
+        return "" if value is None else f"{value / unit:.{decimals}f}"
+
+    return cell
+
+
+def _text_column(get: Callable[[AreaRow], str]) -> Callable[[AreaRow], str]:
+    """Return a function for cells with a text, after an apostrophe where spreadsheets would see a formula."""
+
+    def cell(row: AreaRow) -> str:
+        value = get(row)
+        return f"'{value}" if value.lstrip().startswith(_FORMULA) else value
+
+    return cell
+
+
+_COLUMNS: Final = MappingProxyType(
+    {
+        "name": _text_column(lambda row: row.name),
+        "status": _text_column(lambda row: row.result.status.value),
+        "message": _text_column(lambda row: row.message),
+        "seconds": _of_result(2, lambda result: result.seconds),
+        "memory_mb": _of_result(1, lambda result: result.memory / 1e6),
+        "xodr": _text_column(lambda row: row.files.get(".xodr", "")),
+        "report": _text_column(lambda row: row.files.get(".json", "")),
+        "page": _text_column(lambda row: row.files.get(".html", "")),
+        "xodr_bytes": _figure(0, lambda figures: figures.size),
+        "roads": _figure(0, lambda figures: figures.roads),
+        "connecting_roads": _figure(0, lambda figures: figures.connecting_roads),
+        "junctions": _figure(0, lambda figures: figures.junctions),
+        "road_km": _figure(3, lambda figures: figures.road_length, 1000.0),
+        "connecting_road_km": _figure(3, lambda figures: figures.connecting_length, 1000.0),
+        "dem_coverage": _figure(4, lambda figures: figures.dem_coverage),
+        "lowest_m": _figure(2, lambda figures: figures.lowest),
+        "highest_m": _figure(2, lambda figures: figures.highest),
+        "steepest_grade": _figure(4, lambda figures: figures.grade),
+        "guessed": _figure(0, lambda figures: figures.counts[Kind.GUESSED]),
+        "dropped": _figure(0, lambda figures: figures.counts[Kind.DROPPED]),
+        "repaired": _figure(0, lambda figures: figures.counts[Kind.REPAIRED]),
+        "notes": _figure(0, lambda figures: figures.counts[Kind.NOTE]),
+        "xodr_version": _text_column(lambda row: "" if row.figures is None else row.figures.xodr_version),
+        "osm2xodr": _text_column(lambda row: "" if row.figures is None else row.figures.version),
+    }
+)
+COLUMNS: Final = tuple(_COLUMNS)
+
+
+def write_summary(out_dir: Path, results: Sequence[Result]) -> None:
+    """Write ``summary.csv`` and ``index.html`` into the folder of a batch, each as a whole or not at all.
+
+    The same results and reports give the same bytes, whatever the order of the results. Figures come from the reports
+    ``NAME.json`` in the folder; where one is missing or damaged the message says so. Raises `OutputError` if a file
+    cannot be written.
+    """
+    rows = read_rows(out_dir, results)
+    for name, text in ((TABLE_NAME, make_table(rows)), (PAGE_NAME, make_index(rows))):
+        with stream_to(out_dir / name) as stream:
+            stream.write(text)
+
+
+def make_table(rows: Sequence[AreaRow]) -> bytes:
+    """Return a table by RFC 4180, UTF-8, with a header, and empty cells for what is unknown."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\r\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([make(row) for make in _COLUMNS.values()] for row in rows)
+    return text.getvalue().encode("utf-8", "replace")
 
 
 def _count(kind: Kind) -> Callable[[Figures], float]:
@@ -86,9 +196,9 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
     }
     return page_html(
         f"osm2xodr: {count}",
-        filled(_text("index.html"), parts),
-        _text("index.css"),
-        scripts=[_text("index.js")],
+        filled(_template("index.html"), parts),
+        _template("index.css"),
+        scripts=[_template("index.js")],
         early_script=_EARLY_SCRIPT,
     )
 
@@ -220,6 +330,113 @@ def _figures(figures: Figures) -> Iterator[str]:
         yield "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
-def _text(name: str) -> str:
+def _template(name: str) -> str:
     """Return a file of the template."""
-    return package_text("osm2xodr.batching.index", f"template/{name}")
+    return package_text("osm2xodr.batching", f"template/{name}")
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """An area on the map."""
+
+    path: str  # Its outline, as data of an SVG path; empty for a point
+    # Its middle, units to the right and down
+    x: float
+    y: float
+    # Units
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """Areas on the map."""
+
+    shapes: tuple[Shape | None, ...]  # Of each area; None where its place is unknown
+    # Of the drawing, units
+    width: float
+    height: float
+    unit: float  # Metres of the sphere's equator per unit
+    # Mercator's x and y of the drawing's left upper corner, m
+    left: float
+    top: float
+
+
+def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
+    """Return a map of outlines (rings of longitude and latitude, degrees).
+
+    The map is cut on the far side of the areas, so that areas on both sides of the 180th meridian are neighbours.
+    """
+    joined = [[_joined(ring) for ring in rings if ring] for rings in outlines]
+    cut = _cut([_middle([lon for ring in rings for lon, _ in ring]) for rings in joined if rings])
+    placed = [[_projected(ring) for ring in _turned(rings, cut)] for rings in joined]
+    xs = [x for rings in placed for ring in rings for x, _ in ring]
+    ys = [y for rings in placed for ring in rings for _, y in ring]
+    if not xs:
+        return Map(tuple(None for _ in outlines), WIDTH, WIDTH / 2.0, 1.0, 0.0, 0.0)
+    across, down = (max(max(values) - min(values), _LEAST_EXTENT) for values in (xs, ys))
+    unit = across * (1.0 + 2.0 * _MARGIN) / WIDTH
+    height = min(max(down + 2.0 * _MARGIN * across, _LEAST_ASPECT * across) / unit, _LARGEST_ASPECT * WIDTH)
+    unit = max(unit, (down + 2.0 * _MARGIN * across) / height)
+    left, top = _middle(xs) - unit * WIDTH / 2.0, _middle(ys) + unit * height / 2.0
+    shapes = tuple(_shape(rings, left, top, unit) for rings in placed)
+    return Map(shapes, WIDTH, height, unit, left, top)
+
+
+def _joined(ring: Ring) -> list[Point]:
+    """Return a ring that does not jump at the 180th meridian; one all round the earth stays as it is."""
+    out = [ring[0]]
+    for (before, _), (lon, lat) in pairwise(ring):
+        step = lon - before
+        out.append((out[-1][0] + (math.remainder(step, 360.0) if abs(step) < 360.0 else step), lat))
+    return out
+
+
+def _middle(values: Sequence[float]) -> float:
+    return (min(values) + max(values)) / 2.0
+
+
+def _cut(longitudes: Sequence[float]) -> float:
+    """Return the meridian, degrees from -180, in the middle of the widest gap between longitudes."""
+    sorted_deg = sorted(longitude % 360.0 for longitude in longitudes)
+    if not sorted_deg:
+        return -180.0
+    gaps = [(b - a, a) for a, b in pairwise([*sorted_deg, sorted_deg[0] + 360.0])]
+    width, begin = max(gaps, key=lambda gap: (gap[0], -gap[1]))
+    return (begin + width / 2.0 + 180.0) % 360.0 - 180.0
+
+
+def _turned(rings: list[list[Point]], cut: float) -> list[list[Point]]:
+    """Return rings with longitudes within the 360 degrees from the cut on; rings of one area stay together."""
+    if not rings:
+        return []
+    middle = _middle([lon for ring in rings for lon, _ in ring])
+    turn = cut + (middle - cut) % 360.0 - middle
+    return [[(lon + turn, lat) for lon, lat in ring] for ring in rings]
+
+
+def _projected(ring: list[Point]) -> list[Point]:
+    """Return x and y of the Mercator projection, m."""
+    out = []
+    for lon, lat in ring:
+        y = math.asinh(math.tan(math.radians(min(max(lat, -_LAST_LATITUDE), _LAST_LATITUDE))))
+        out.append((RADIUS * math.radians(lon), RADIUS * y))
+    return out
+
+
+def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Shape | None:
+    """Return the shape of an area; None without rings."""
+    if not rings:
+        return None
+    drawn = [[((x - left) / unit, (top - y) / unit) for x, y in ring] for ring in rings]
+    xs, ys = [x for ring in drawn for x, _ in ring], [y for ring in drawn for _, y in ring]
+    path = "".join(
+        "M" + "L".join(f"{number(x)} {number(y)}" for x, y in ring) + "Z" for ring in drawn if len(ring) > 2
+    )
+    return Shape(path, _middle(xs), _middle(ys), max(xs) - min(xs), max(ys) - min(ys))
+
+
+def number(value: float) -> str:
+    """Return a number of units, short."""
+    text = f"{value:.3f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

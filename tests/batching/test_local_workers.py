@@ -13,8 +13,8 @@ import pytest
 from batch_runs import statuses, write_table, write_village
 from small_area import street_grid, write_area
 
-from osm2xodr.batching.workers import AreaJob, Workers, running
-from osm2xodr.batching.workers.area_process import area_environment, end_areas, run_area
+from osm2xodr.batching.area_process import AreaJob, area_environment, end_areas, run_area
+from osm2xodr.batching.workers import Workers, running
 from osm2xodr.cli import area_server, main
 from osm2xodr.errors import Osm2xodrError
 
@@ -74,7 +74,7 @@ def test_one_process_converts_area_after_area_until_one_fails(tmp_path: Path, ke
 
 
 def test_what_conversions_load_is_loaded_once_for_all(tmp_path: Path) -> None:
-    sample = Path(__file__).parents[3] / "data/samples/andorra_ordino"
+    sample = Path(__file__).parents[2] / "data/samples/andorra_ordino"
     words = ["convert", str(sample / "area.osm"), "--dem", str(sample / "dem.tif"), "-o", str(tmp_path / "a.xodr")]
     script = (
         "import sys; from osm2xodr.cli import area_server, main; area_server.load(); known = set(sys.modules);"
@@ -107,14 +107,14 @@ def test_why_a_conversion_failed_comes_as_a_record(tmp_path: Path, monkeypatch: 
 
 
 def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.batching.workers.pool.available_memory", lambda: 3_000_000_000)
+    monkeypatch.setattr("osm2xodr.batching.workers.available_memory", lambda: 3_000_000_000)
     taken: list[int] = []
 
     def run(jobs: list[AreaJob]) -> Iterator[object]:
         taken.extend(job.memory for job in jobs)
         return iter(jobs)
 
-    monkeypatch.setattr("osm2xodr.batching.workers.pool.run_each", run)
+    monkeypatch.setattr("osm2xodr.batching.workers.run_each", run)
     jobs = [AreaJob(name, ()) for name in "abcd"]
     for workers in (Workers("", 2), Workers("", 9), Workers("", 2, memory=250_000_000), Workers("", 100)):
         with running(jobs, workers) as outcomes:
@@ -126,7 +126,7 @@ def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.M
     def fail(jobs: list[AreaJob]) -> object:
         raise Osm2xodrError("no process can be started")
 
-    monkeypatch.setattr("osm2xodr.batching.workers.pool.run_each", fail)
+    monkeypatch.setattr("osm2xodr.batching.workers.run_each", fail)
     with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("a", ())], Workers("")) as outcomes:
         list(outcomes)
 
