@@ -2,7 +2,7 @@
 
     python tools/lane_widths.py AREA.osm.pbf ...
 
-The second opinion on the tables of `osm2xodr.conventions.defaults`; docs/method/lanes.md says what came out. Parked
+The second opinion on the tables of `osm2xodr.conventions.countries`; docs/method/lanes.md says what came out. Parked
 cars are sometimes counted in, so medians of streets with houses are upper bounds.
 """
 

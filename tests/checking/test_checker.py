@@ -1,4 +1,7 @@
-"""What a check gives: findings with their places, ranked and counted, for the readers and rules that are asked."""
+"""What a check gives: findings with their places, ranked and counted, for the readers and rules that are asked.
+
+What can be asked of a check.
+"""
 
 from __future__ import annotations
 
@@ -124,3 +127,17 @@ def test_elements_that_are_missing_everywhere_do_no_harm(name: str, tree: Tree, 
         parent.remove(element)
     result = checked(tree, path)
     assert result.failed(Severity.WARNING) == (name != "elevation")
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"readers": ("carl",)}, "carl is no reader"),
+        ({"only": ("gap",)}, "gap is no rule"),
+        ({"ignore": ("gap",)}, "gap is no rule"),
+        ({"most": -1}, "-1 findings"),
+    ],
+)
+def test_what_is_unknown_is_refused(options: dict[str, object], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        CheckOptions(**options)  # type: ignore[arg-type]

@@ -9,8 +9,16 @@ from importlib import resources
 
 import pytest
 
-from osm2xodr.conventions.countries import GENERIC, KMH, MPH, MarkStyle, countries, find_country
-from osm2xodr.conventions.defaults import LANE_WIDTH, LANE_WIDTH_OTHER
+from osm2xodr.conventions.countries import (
+    GENERIC,
+    KMH,
+    LANE_WIDTH,
+    LANE_WIDTH_OTHER,
+    MPH,
+    MarkStyle,
+    countries,
+    find_country,
+)
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.values import _SPEED_PLAUSIBLE_MAX_KMH, parse_speed
 

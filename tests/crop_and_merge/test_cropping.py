@@ -11,7 +11,7 @@ from lxml import etree
 from xodr_text import cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.crop_and_merge import Choice, Stretch, choose_inside, choose_roads, crop_network, write_tree
-from osm2xodr.crop_and_merge.choice import Inside
+from osm2xodr.crop_and_merge.cropping import Inside
 from osm2xodr.errors import EmptyAreaError
 from osm2xodr.model import BoolArray, FloatArray
 from osm2xodr.opendrive import lane_borders, pose, read_xodr, section_at, surface_points

@@ -13,8 +13,7 @@ import numpy.typing as npt
 from exported_network import network
 from xodr_text import PROJECTION
 
-from osm2xodr.exporting.binary_gltf import write_glb
-from osm2xodr.exporting.mesh import road_mesh
+from osm2xodr.exporting.mesh import road_mesh, write_glb
 
 
 def parse_glb(data: bytes) -> tuple[dict[str, Any], bytes]:

@@ -1,7 +1,11 @@
-"""The road surface as triangles."""
+"""The road surface as triangles.
+
+Wavefront OBJ, read back.
+"""
 
 from __future__ import annotations
 
+import io
 from collections import Counter
 from pathlib import Path
 
@@ -10,7 +14,7 @@ import pytest
 from exported_network import network
 from xodr_text import document, lane, read_text, road, section
 
-from osm2xodr.exporting.mesh import RoadMesh, road_mesh
+from osm2xodr.exporting.mesh import RoadMesh, road_mesh, write_obj
 
 
 def area(mesh: RoadMesh, kind: str) -> float:
@@ -67,3 +71,19 @@ def test_large_coordinates_get_an_origin(tmp_path: Path) -> None:
     assert mesh.origin == (5_700_000.0, 0.0, 0.0)
     assert np.abs(mesh.vertices).max() < 300
     assert road_mesh(network(tmp_path), 0.05, 10.0).origin == (0, 0, 0)
+
+
+@pytest.mark.parametrize("y_up", [False, True])
+def test_obj_has_the_mesh(tmp_path: Path, y_up: bool) -> None:
+    mesh = road_mesh(network(tmp_path), 0.05, 10.0)
+    stream = io.BytesIO()
+    write_obj(mesh, stream, "map.mtl", y_up=y_up)
+    lines = [line.split() for line in stream.getvalue().decode().splitlines()]
+    assert ["mtllib", "map.mtl"] in lines
+    vertices = np.array([line[1:] for line in lines if line[0] == "v"], np.float64)
+    x, y, z = mesh.vertices.T
+    expected = np.column_stack([x, z, -y]) if y_up else mesh.vertices
+    np.testing.assert_allclose(vertices, expected, atol=6e-5)
+    faces = np.array([line[1:] for line in lines if line[0] == "f"], np.int64)
+    assert (faces - 1).tolist() == np.concatenate(list(mesh.faces.values())).tolist()
+    assert [line[1] for line in lines if line[0] == "usemtl"] == list(mesh.faces)

@@ -11,7 +11,7 @@ import re
 from hypothesis import strategies as st
 from osm_builder import tags_of
 
-from osm2xodr.conventions.defaults import LANE_WIDTH
+from osm2xodr.conventions.countries import LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS

@@ -12,9 +12,8 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.objects.crossings import find_crossings
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.signs import PlacedSigns, place_signs
-from osm2xodr.furniture.world.approaches import find_approaches
+from osm2xodr.furniture.world.approaches import find_approaches, find_rail_stops
 from osm2xodr.furniture.world.lane_table import LaneTable
-from osm2xodr.furniture.world.rail_crossings import find_rail_stops
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Rule, Signal
 

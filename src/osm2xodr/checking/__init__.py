@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from osm2xodr.checking.checker import check_drive, check_file
+from osm2xodr.checking.checker import CheckOptions, CheckResult, check_drive, check_file
 from osm2xodr.checking.checks import lane_index
 from osm2xodr.checking.driving import Driving, contacts_of, driving_of
 from osm2xodr.checking.findings import Count, Finding
 from osm2xodr.checking.formats import FORMATS
-from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Rule, Severity
 
 __all__ = [

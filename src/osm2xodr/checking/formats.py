@@ -13,8 +13,8 @@ from urllib.parse import quote
 from xml.etree import ElementTree
 
 from osm2xodr import __version__
+from osm2xodr.checking.checker import CheckResult, place
 from osm2xodr.checking.findings import Finding
-from osm2xodr.checking.result import CheckResult, place
 from osm2xodr.checking.rules import RULES, Severity
 from osm2xodr.diagnostics import counted
 

@@ -1,4 +1,7 @@
-"""The rules that a file is checked against: what a broken one means, for whom, and how to correct the file."""
+"""The rules that a file is checked against: what a broken one means, for whom, and how to correct the file.
+
+And numbers that several checks share. SI units unless the name says otherwise.
+"""
 
 from __future__ import annotations
 
@@ -11,24 +14,36 @@ from importlib import resources
 from types import MappingProxyType
 from typing import Final
 
-from osm2xodr.checking import defaults
 from osm2xodr.defaults import CLEARANCE_LEAST, CONNECTING_RADIUS
 
 # Programs that read OpenDRIVE, as `--for` names them.
 READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS: Final = ("carla", "esmini", "sumo")
+
+# Distance between places that should be one, m: ASAM's checker allows lanes 0.01 where they touch. From the second on
+# it is an error: a step that shakes a wheel, a choice.
+GAP: Final = 0.01
+GAP_ERROR: Final = 0.1
+# Stations along s that differ by no more than this are one, m.
+SAME_S: Final = 1e-6
+# A lane that is narrower than this where it ends has tapered out, m: half of a shoe.
+TAPERED_WIDTH: Final = 0.15
+
 # Numbers that ``rules.ini`` refers to by name.
 _NUMBERS: Final = {
-    "GAP": defaults.GAP,
-    "GAP_ERROR": defaults.GAP_ERROR,
-    "SAME_S": defaults.SAME_S,
-    "TAPERED_WIDTH": defaults.TAPERED_WIDTH,
+    "GAP": GAP,
+    "GAP_ERROR": GAP_ERROR,
+    "SAME_S": SAME_S,
+    "TAPERED_WIDTH": TAPERED_WIDTH,
     "CONNECTING_RADIUS": CONNECTING_RADIUS,
     "CLEARANCE_LEAST": CLEARANCE_LEAST,
 }
 _LIMIT: Final = re.compile(
     r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error (?P<side>from|below) (?P<error>\S+))?( \((?P<source>.*)\))?"
 )
+
+# Surfaces whose heights differ by this or more are different levels, m.
+LEVEL_HEIGHT: Final = 2.0
 
 
 class Severity(IntEnum):

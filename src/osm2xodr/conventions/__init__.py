@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
+        "countries": ("GENERIC", "KMH", "MPH", "SPEED_UNITS", "U_TURNS", "Country", "MarkStyle", "find_country"),
         "options": ("Declaration", "Group", "Reported", "declarations", "flag", "option", "same_option"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": (
@@ -71,7 +71,6 @@ __getattr__ = lazy_exports(
             "read_signs",
         ),
         "targets": (
-            "Crosswalks",
             "DEFAULT_TARGET",
             "MEASURED",
             "NO_SUPERELEVATION",
@@ -80,6 +79,7 @@ __getattr__ = lazy_exports(
             "SPIRALS",
             "SUPERELEVATION",
             "TARGETS",
+            "Crosswalks",
             "Target",
             "programmes_file",
         ),

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import defaults
+from osm2xodr.conventions import countries
 from osm2xodr.curves import (
     cosine,
     hypot,
@@ -49,8 +49,8 @@ class Signs:
 def priority_rank(highway: str) -> int:
     """Return the rank of a road by its class in OSM among the roads that it meets, see `PRIORITY_RANK`."""
     if highway.endswith("_link"):
-        return defaults.PRIORITY_RANK_LINK
-    return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
+        return countries.PRIORITY_RANK_LINK
+    return countries.PRIORITY_RANK.get(highway, countries.PRIORITY_RANK_OTHER)
 
 
 def ranks_at_junction(highways: Iterable[str]) -> list[int]:
@@ -59,9 +59,9 @@ def ranks_at_junction(highways: Iterable[str]) -> list[int]:
     Ramps rank above streets in general where none of these runs on.
     """
     ranks = [priority_rank(highway) for highway in highways]
-    if ranks.count(defaults.PRIORITY_RANK_OTHER) > 1:
+    if ranks.count(countries.PRIORITY_RANK_OTHER) > 1:
         return ranks
-    link, above = defaults.PRIORITY_RANK_LINK, defaults.PRIORITY_RANK_LINK_ABOVE
+    link, above = countries.PRIORITY_RANK_LINK, countries.PRIORITY_RANK_LINK_ABOVE
     return [above if rank == link else rank for rank in ranks]
 
 

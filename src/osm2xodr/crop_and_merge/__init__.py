@@ -5,8 +5,7 @@ Documents are edited as trees, so that what OpenDRIVE does not know stays where 
 
 from __future__ import annotations
 
-from osm2xodr.crop_and_merge.choice import Choice, Stretch, choose_inside, choose_roads
-from osm2xodr.crop_and_merge.cropping import crop_network
+from osm2xodr.crop_and_merge.cropping import Choice, Stretch, choose_inside, choose_roads, crop_network
 from osm2xodr.crop_and_merge.document import write_tree
 from osm2xodr.crop_and_merge.merging import merge_networks
 

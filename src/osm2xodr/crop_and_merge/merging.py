@@ -14,10 +14,17 @@ import numpy as np
 from lxml import etree
 
 from osm2xodr.checking import lane_index
-from osm2xodr.crop_and_merge.defaults import MEET_DISTANCE, MEET_TURN
-from osm2xodr.crop_and_merge.document import read_tree
-from osm2xodr.crop_and_merge.links import drop_dangling
-from osm2xodr.crop_and_merge.records import Element, lane_sections, number, put, remove
+from osm2xodr.crop_and_merge.document import (
+    MEET_DISTANCE,
+    MEET_TURN,
+    Element,
+    drop_dangling,
+    lane_sections,
+    number,
+    put,
+    read_tree,
+    remove,
+)
 from osm2xodr.curves import PointTree, wrapped
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import counted

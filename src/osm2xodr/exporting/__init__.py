@@ -9,17 +9,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from osm2xodr.exporting.binary_gltf import write_glb
 from osm2xodr.exporting.elevation import places_around, read_heights
 from osm2xodr.exporting.geojson import LAYERS, write_geojson
 from osm2xodr.exporting.lanelet2 import PROJECTORS, projector_info, write_lanelet2
-from osm2xodr.exporting.mesh import RoadMesh, road_mesh
-from osm2xodr.exporting.wavefront import material_library, write_obj
+from osm2xodr.exporting.mesh import RoadMesh, material_library, road_mesh, write_glb, write_obj
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.exporting.frames import geodataframe as geodataframe, write_geopackage as write_geopackage
-    from osm2xodr.exporting.graphs import lane_graph as lane_graph
     from osm2xodr.exporting.scene import (
         MANIFEST as MANIFEST,
         Scene as Scene,
@@ -28,12 +24,16 @@ if TYPE_CHECKING:
         material_of as material_of,
         write_scene as write_scene,
     )
+    from osm2xodr.exporting.tables import (
+        geodataframe as geodataframe,
+        lane_graph as lane_graph,
+        write_geopackage as write_geopackage,
+    )
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "frames": ("geodataframe", "write_geopackage"),
-        "graphs": ("lane_graph",),
+        "tables": ("geodataframe", "lane_graph", "write_geopackage"),
         "scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"),
     },
 )

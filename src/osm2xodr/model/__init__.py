@@ -8,7 +8,6 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
-from osm2xodr.model.buildings import Building
 from osm2xodr.model.corrections import EVERY_LANE, Corrections, NodeCorrection, WayCorrection, applied, unused
 from osm2xodr.model.furniture import (
     Controller,
@@ -66,35 +65,33 @@ from osm2xodr.model.shared import (
     SurfaceQuality,
     freeze_arrays,
 )
-from osm2xodr.model.street_nodes import (
+from osm2xodr.model.streets import (
     BusStop,
     Facing,
     FacingSigns,
-    Light,
-    MappedCrossing,
-    NodeControl,
-    NodeFacts,
-    RailCrossing,
-    Sign,
-    SignFace,
-    SignPost,
-    ThingFacts,
-)
-from osm2xodr.model.streets import (
     Footway,
     Intersection,
     LaneConnectivity,
     LaneSpec,
+    Light,
+    MappedCrossing,
     MarginSpec,
+    NodeControl,
+    NodeFacts,
+    RailCrossing,
     RoadsideKind,
     RoadsideThing,
+    Sign,
+    SignFace,
+    SignPost,
     Street,
     StreetAttributes,
     StreetNetwork,
     StructureTags,
+    ThingFacts,
     TurnRestriction,
 )
-from osm2xodr.model.surroundings import OpenWater, Surroundings, Water, WaterArea
+from osm2xodr.model.surroundings import Building, OpenWater, Surroundings, Water, WaterArea
 
 __all__ = [
     "CAR_LANES",

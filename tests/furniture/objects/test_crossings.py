@@ -11,8 +11,8 @@ from light_cases import point, with_tags
 from object_cases import footway, has_corners, node_at, road_of_way, said, side, with_footways, world_of
 from street_cases import Case
 
+from osm2xodr.furniture.objects.calming import crossing_objects
 from osm2xodr.furniture.objects.crossings import find_crossings
-from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.world.world import Crossing, World
 from osm2xodr.model import Rule, StreetNetwork
 

@@ -8,8 +8,8 @@ from light_cases import point, with_tags
 from object_cases import has_corners, said, world_of
 from street_cases import Case
 
+from osm2xodr.furniture.objects.calming import crossing_objects
 from osm2xodr.furniture.objects.crossings import find_crossings
-from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.model import LaneType, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule))

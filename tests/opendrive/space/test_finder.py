@@ -1,4 +1,7 @@
-"""From places in the world back to roads, exactly."""
+"""From places in the world back to roads, exactly.
+
+Files that would take the square of their roads to compare.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,8 @@ import pytest
 from hypothesis import given, strategies as st
 from xodr_text import cubics, document, geometry, lane, read_text, road, section
 
+from osm2xodr.errors import InputError
+from osm2xodr.opendrive import refuse_crowds
 from osm2xodr.opendrive.space import RoadFinder, lane_borders, surface_points
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
@@ -25,6 +30,8 @@ SHAPES = {
     # Its arc length: (r √(1 + r²) + asinh r) / (4 c) with v = c u², r = 2 c 40.
     "paramPoly3": (PARABOLA, (0.3 * math.sqrt(1.09) + math.asinh(0.3)) / 0.015),
 }
+
+LANE = section(0.0, right=lane(-1, (0, 3.5)))
 
 
 @pytest.fixture(scope="module")
@@ -131,3 +138,22 @@ def test_nothing_to_find(tmp_path: Path) -> None:
     assert places.start.tolist() == [0, 1, 1]
     assert places.lane.tolist() == [ABSENT]
     np.testing.assert_allclose(places.distance, [2.0])
+
+
+def test_roads_on_each_other_by_the_hundred_are_refused(tmp_path: Path) -> None:
+    copies = [road(str(k), lanes=LANE) for k in range(300)]
+    near = [text.replace('x="0.0"', f'x="{k * 1e-3}"') for k, text in enumerate(copies)]
+    file = read_text(tmp_path, document(*near))
+    with pytest.raises(InputError, match=r"too many roads lie on each other .* at road '\d+', s = \d+ m; look"):
+        refuse_crowds(file)
+    # As many side by side are a large car park.
+    apart = [text.replace('y="0.0"', f'y="{k * 3.5}"') for k, text in enumerate(copies)]
+    refuse_crowds(read_text(tmp_path, document(*apart)))
+
+
+def test_larger_areas_than_any_road_covers_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+
+    monkeypatch.setattr(finder, "_CELLS", 10.0)
+    monkeypatch.setattr(finder, "_CELLS_EACH", 1.0)
+    with pytest.raises(InputError, match=r"roads cover too large an area to compare them, most at road '1'"):
+        refuse_crowds(read_text(tmp_path, document(road(lanes=LANE))))

@@ -10,7 +10,7 @@ import re
 import pytest
 from lane_notation import codes, notation, section_of
 
-from osm2xodr.conventions.defaults import LANE_WIDTH
+from osm2xodr.conventions.countries import LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE

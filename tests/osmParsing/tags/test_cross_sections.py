@@ -15,7 +15,7 @@ from lane_notation import (
 )
 from osm_builder import tags_of
 
-from osm2xodr.conventions.defaults import LANE_WIDTH, ONE_LANE_WIDTH
+from osm2xodr.conventions.countries import LANE_WIDTH, ONE_LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import (

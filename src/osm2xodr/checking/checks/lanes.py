@@ -6,9 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, first_rows, followers, road_place, worst_of
-from osm2xodr.checking.checks.index import LaneIndex, lane_place
+from osm2xodr.checking import rules
+from osm2xodr.checking.checks.common import LaneIndex, above, first_rows, followers, lane_place, road_place, worst_of
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.curves import owners, repeated, runs, sorted_unique
 from osm2xodr.defaults import CONNECTING_RADIUS
@@ -40,7 +39,7 @@ def _check_sections(drive: OpenDrive, findings: Findings) -> None:
     late = first[above("section-order", np.abs(sections.s[first]))]
     beyond = np.flatnonzero((sections.s >= roads.length[sections.road]) & (sections.s > 0))
     follows = followers(sections.start)
-    twice = follows[sections.s[follows] - sections.s[follows - 1] <= defaults.SAME_S]
+    twice = follows[sections.s[follows] - sections.s[follows - 1] <= rules.SAME_S]
     for row, text in (
         (late, "the first lane section does not begin at s = 0"),
         (beyond, "the lane section begins after the end of the road"),
@@ -117,7 +116,7 @@ def _check_bent(drive: OpenDrive, lanes: LaneIndex, findings: Findings, bent: In
     lane = runs(table.start[section], count)
     # Only lanes on the inner side of a curve can fold, but any lane can be tight.
     inner, outer = lane_borders(drive, lane, s[place])
-    middle, wide = (inner + outer) / 2, np.abs(outer - inner) > defaults.TAPERED_WIDTH
+    middle, wide = (inner + outer) / 2, np.abs(outer - inner) > rules.TAPERED_WIDTH
     reach = np.maximum(inner * bend[place], outer * bend[place]) - 1
     beyond = reach / np.abs(bend[place])
 

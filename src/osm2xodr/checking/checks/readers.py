@@ -7,8 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import above, add_furniture, road_place
-from osm2xodr.checking.checks.index import LaneIndex, lane_place
+from osm2xodr.checking.checks.common import LaneIndex, above, add_furniture, lane_place, road_place
 from osm2xodr.checking.findings import Findings
 from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.defaults import NEGATED_LANES

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import add_furniture, end_station, road_place
-from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking.checks.common import LaneIndex, add_furniture, end_station, road_place
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import ABSENT, End, Furniture, LinkKind, OpenDrive, section_at
 

@@ -1,4 +1,4 @@
-"""Surfaces: connecting roads that overlap at different heights, carriageways that overlap at the same height."""
+"""Surfaces: roads that overlap at one height or at different ones, and how much room one leaves above another."""
 
 from __future__ import annotations
 
@@ -7,15 +7,29 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, road_place, worst_of
-from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking import rules
+from osm2xodr.checking.checks.common import LaneIndex, above, road_place, worst_of
 from osm2xodr.checking.findings import Findings
-from osm2xodr.curves import PointTree, Table, join_tables, ranks, repeated, runs, sorted_unique, unique_all
+from osm2xodr.checking.rules import RULES
+from osm2xodr.curves import (
+    CLEARANCE_STEP,
+    PointTree,
+    RoadGraph,
+    Stations,
+    Table,
+    close_places,
+    join_tables,
+    ranks,
+    repeated,
+    runs,
+    sorted_unique,
+    unique_all,
+)
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import (
     ABSENT,
+    LinkKind,
     OpenDrive,
     elevation,
     grade,
@@ -219,7 +233,7 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
     gradients = (ways.gradients(drive, row[pairs[:, k]]) for k in (0, 1))
     rise_x, rise_y = ((one + two) / 2 for one, two in zip(*gradients, strict=True))
     apart = np.abs(dz - dx * rise_x - dy * rise_y)
-    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.LEVEL_HEIGHT))
+    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < rules.LEVEL_HEIGHT))
     low, high = np.minimum(a, b)[wanted], np.maximum(a, b)[wanted]
     first = np.where(a[wanted] <= b[wanted], pairs[wanted, 0], pairs[wanted, 1])
     return low, high, apart[wanted], road[first], ways.s[row[first]]
@@ -354,7 +368,7 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, band: _S
     order = order[_changes(key[order], road[order])]
     order = order[np.lexsort((z[order], key[order]))]
     key, road, z, row = key[order], road[order], z[order], row[order]
-    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < defaults.LEVEL_HEIGHT))
+    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < rules.LEVEL_HEIGHT))
     first = np.where(road[both] < road[both + 1], both, both + 1)
     last = np.where(road[both] < road[both + 1], both + 1, both)
     return _Shared(road[first], road[last], ways.s[row[first]])
@@ -400,3 +414,37 @@ def _changes(*columns: IntArray) -> BoolArray:
     out = np.ones(len(columns[0]), bool)
     out[1:] = np.any([column[1:] != column[:-1] for column in columns], axis=0)
     return out
+
+
+def check_clearances(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Check places where carriageways that do not meet lie over each other: one finding for each, at its worst."""
+    if not findings.wants("clearance"):
+        return
+    limit = RULES["clearance"].limit
+    assert limit is not None
+    found = close_places(iter((_stations(drive, lanes),)), _graph(drive), limit.value)
+    findings.add(
+        "clearance",
+        value=found.height,
+        other=lambda k: f"road {drive.roads.id[int(found.other[k])]}",
+        **road_place(drive, found.road, found.s),
+    )
+
+
+def _stations(drive: OpenDrive, lanes: LaneIndex) -> Stations:
+    """Return the edges of all carriageways."""
+    ways = carriageways(drive, lanes, np.flatnonzero(has_length(drive)), CLEARANCE_STEP)
+    row = np.arange(len(ways.s))
+    right, left = (np.column_stack(ways.points(row, t)) for t in (ways.low, ways.high))
+    return Stations(ways.road, ways.s, ways.hdg, right, left)
+
+
+def _graph(drive: OpenDrive) -> RoadGraph:
+    """Return which roads of a file meet."""
+    roads = drive.roads
+    at_junction = (roads.link_kind == LinkKind.JUNCTION) & (roads.link >= 0)
+    inside = roads.junction >= 0
+    junction = np.where(at_junction, roads.link, -1)
+    junction[inside] = roads.junction[inside, None]
+    road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.link >= 0))
+    return RoadGraph(roads.length, inside, junction, road.astype(np.int64), roads.link[road, end])

@@ -12,8 +12,16 @@ import numpy as np
 
 from osm2xodr.checking import contacts_of, lane_index
 from osm2xodr.curves import owners, wrapped
-from osm2xodr.exporting.lanelet2.defaults import KERB_LOW, LONGEST, MOST_TURN, NARROWEST
-from osm2xodr.exporting.lanelet2.words import LANELETS, Mark, location_of, mark_of
+from osm2xodr.exporting.lanelet2.words import (
+    KERB_LOW,
+    LANELETS,
+    LONGEST,
+    MOST_TURN,
+    NARROWEST,
+    Mark,
+    location_of,
+    mark_of,
+)
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Ribbons, Stations, lane_ribbons, sample_roads
 

@@ -1,9 +1,7 @@
 """Roads, ground and buildings as a scene of meshes, in tiles.
 
-`scene` has the steps in order. `roads` makes one surface of all roads: `lane_faces` are the lanes as they are, whose
-edges are noded once; `arrangement` has what makes triangles, and steps where they differ in height, of such lines.
-`marks`, `things` and `structures` add what is on, beside, below and around roads, `ground` and `buildings` the rest.
-`folder` writes it, in tiles (`tiles`), as glTF (`glb`) or OBJ (`obj`).
+`scene` has the steps in order. `roads` makes one surface of all roads, `things` adds what is on and beside them,
+`ground`, `water` and `buildings` the rest. `folder` writes it, in tiles, as glTF or OBJ.
 """
 
 from __future__ import annotations

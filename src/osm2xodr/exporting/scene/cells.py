@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from osm2xodr.curves import PointTree, ranks
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.scene.defaults import GROUND_CELL, LARGEST_GAP
+from osm2xodr.exporting.scene.model import GROUND_CELL, LARGEST_GAP
 from osm2xodr.exporting.scene.water import WaterShapes
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 

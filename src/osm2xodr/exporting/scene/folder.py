@@ -10,11 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.exporting.binary_gltf import TRIANGLES, GltfFile, material, y_up
+from osm2xodr.exporting.mesh import TRIANGLES, GltfFile, material, write_head, write_rows, y_up
 from osm2xodr.exporting.scene.meshes import has_area
 from osm2xodr.exporting.scene.model import Part, material_of
 from osm2xodr.exporting.scene.scene import Scene
-from osm2xodr.exporting.wavefront import write_head, write_rows
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.system import FILES_KEY, ByteSink

@@ -15,7 +15,6 @@ import shapely
 
 from osm2xodr.curves import PointTree, runs
 from osm2xodr.exporting.scene.cells import Cells, along_edges, cells_around, leaf_sizes, leaf_triangles
-from osm2xodr.exporting.scene.defaults import APRON, GROUND_CELL, REACH, TUNNEL_COVER, TUNNEL_OPENING, WATER_REACH
 from osm2xodr.exporting.scene.levels import Height
 from osm2xodr.exporting.scene.meshes import (
     Planes,
@@ -29,7 +28,19 @@ from osm2xodr.exporting.scene.meshes import (
     triangles_of,
     walls_between,
 )
-from osm2xodr.exporting.scene.model import GRID, Level, Part, Rim, RoadSurface
+from osm2xodr.exporting.scene.model import (
+    APRON,
+    GRID,
+    GROUND_CELL,
+    REACH,
+    TUNNEL_COVER,
+    TUNNEL_OPENING,
+    WATER_REACH,
+    Level,
+    Part,
+    Rim,
+    RoadSurface,
+)
 from osm2xodr.exporting.scene.slopes import Limits, continued, interpolated, node_heights, with_strips
 from osm2xodr.exporting.scene.water import WaterShapes, levelled
 from osm2xodr.model import BoolArray, FloatArray, IntArray

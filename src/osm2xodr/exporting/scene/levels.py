@@ -9,9 +9,8 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import connected_groups, unique_inverse
-from osm2xodr.exporting.scene.defaults import TUNNEL_COVER
 from osm2xodr.exporting.scene.meshes import clusters, places_of
-from osm2xodr.exporting.scene.model import GRID, Level, RoadSurface
+from osm2xodr.exporting.scene.model import GRID, TUNNEL_COVER, Level, RoadSurface
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Tunnels whose road lies less than this below the ground, m, are passages or galleries: half of their opening, as

@@ -17,8 +17,7 @@ from osm2xodr.exporting.scene.levels import settled
 from osm2xodr.exporting.scene.meshes import Meshes, SurfaceHeights, has_area
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface, lane_part
 from osm2xodr.exporting.scene.roads import rim_of, road_surface
-from osm2xodr.exporting.scene.structures import structure_parts
-from osm2xodr.exporting.scene.things import mark_parts, object_parts, signal_parts
+from osm2xodr.exporting.scene.things import mark_parts, object_parts, signal_parts, structure_parts
 from osm2xodr.exporting.scene.water import WaterShapes, water_shapes
 from osm2xodr.model import FloatArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive, refuse_crowds

@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from osm2xodr.curves import PointTree, solve_sparse
 from osm2xodr.exporting.scene.cells import GROUND_BLOCK, Cells, corners_of
-from osm2xodr.exporting.scene.defaults import APRON, GROUND_CELL, LARGEST_GAP
+from osm2xodr.exporting.scene.model import APRON, GROUND_CELL, LARGEST_GAP
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Rise of cuts and fills per metre against the ground that was there: 1:2, for most soils stable; RAS-Q has 1:1.5.

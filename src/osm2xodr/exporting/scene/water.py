@@ -11,10 +11,9 @@ import numpy as np
 import shapely
 
 from osm2xodr.curves import connected_groups
-from osm2xodr.exporting.scene.defaults import GROUND_CELL, WATER_REACH
 from osm2xodr.exporting.scene.levels import Height
 from osm2xodr.exporting.scene.meshes import area_of, polygons_of, segments_of
-from osm2xodr.exporting.scene.model import GRID
+from osm2xodr.exporting.scene.model import GRID, GROUND_CELL, WATER_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Water
 from osm2xodr.opendrive import Frame
 

@@ -13,8 +13,7 @@ from osm2xodr.conventions import Signs, read_signs
 from osm2xodr.curves import curves_cross, sorted_unique
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.furniture.defaults import ONE_INSTALLATION, ROOM_FOR_CAR
-from osm2xodr.furniture.lights.heads import THROUGH, turn_of
-from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
+from osm2xodr.furniture.lights.heads import THROUGH, Candidate, RoadLight, place_on_roads, turn_of
 from osm2xodr.furniture.world import (
     Approach,
     Crossing,

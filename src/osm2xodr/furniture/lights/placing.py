@@ -16,11 +16,17 @@ import numpy as np
 from osm2xodr.curves import connected_groups
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.defaults import ONE_INSTALLATION
-from osm2xodr.furniture.lights.heads import FOR_PEOPLE, Head, approach_heads, lanes_at_stop, people_heads, road_heads
+from osm2xodr.furniture.lights.heads import (
+    FOR_PEOPLE,
+    Head,
+    RoadLight,
+    approach_heads,
+    lanes_at_stop,
+    people_heads,
+    road_heads,
+)
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
-from osm2xodr.furniture.lights.phases import Phases, controllers_of
-from osm2xodr.furniture.lights.programmes import junction_programmes
-from osm2xodr.furniture.lights.road_lights import RoadLight
+from osm2xodr.furniture.lights.phases import Phases, controllers_of, junction_programmes
 from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World, junction_behind
 from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
 

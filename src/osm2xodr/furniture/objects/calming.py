@@ -1,16 +1,19 @@
-"""Traffic calming: humps, tables, cushions and islands on the carriageway."""
+"""What raises and paints the carriageway: crosswalks and islands of crossings, other islands, and traffic calming."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from math import hypot
 from typing import Final
 
-from osm2xodr.diagnostics import Kind
-from osm2xodr.furniture.objects.crosswalks import NARROWEST_ISLAND, island, island_edges
-from osm2xodr.furniture.world import NodePlace, World
-from osm2xodr.model import VEHICLE_LANES, RoadObject
+import numpy as np
+
+from osm2xodr.curves import cosine, pose, project, sine
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.furniture.world import Crossing, LaneAt, NodePlace, World, outline
+from osm2xodr.model import VEHICLE_LANES, LaneType, RoadMap, RoadObject
 
 # Length along the road and height by OSM's value, m. Humps and tables: Highways (Road Hump) Regulations 1999 (at most
 # 0.1 m high) and FHWA Traffic Calming ePrimer (humps of 12 ft, tables of 22 ft); all others: choices.
@@ -29,6 +32,21 @@ _SIZES: Final = {
 _CUSHION_WIDTH: Final = 1.8
 _ISLAND_LENGTH: Final = 6.0
 
+# Width that lanes keep beside an island, m: that of buses and lorries without their mirrors; a choice.
+_WIDTH_BESIDE_ISLAND: Final = 2.5
+# Narrower islands are left out, m; a choice.
+NARROWEST_ISLAND: Final = 1.0
+# How far islands reach beyond their crossing, and their height, m; choices.
+_ISLAND_BEYOND: Final = 1.0
+ISLAND_HEIGHT: Final = 0.12
+# Lanes of which an island may take the whole width.
+_SPARE: Final = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
+# Subtypes by OSM's words for what is painted, where they differ.
+_SUBTYPES: Final = {"unmarked": "virtual", "yes": "marked"}
+
+# Decimals of the corners and the size of an island, m.
+_DECIMALS: Final = 3
+
 
 def calming_objects(world: World) -> list[RoadObject]:
     """Make the objects of ``traffic_calming`` on nodes of streets, in the order of nodes."""
@@ -37,7 +55,7 @@ def calming_objects(world: World) -> list[RoadObject]:
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
-        found = _objects(world, node, calming[node], places[node])
+        found = _calming_objects(world, node, calming[node], places[node])
         if isinstance(found, str):
             left_out[calming[node], found].append(f"node/{node}")
         else:
@@ -48,7 +66,7 @@ def calming_objects(world: World) -> list[RoadObject]:
     return out
 
 
-def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:
+def _calming_objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:
     """Make the objects of one node, or return why there are none."""
     if kind != "island" and kind not in _SIZES:
         return "it changes the carriageway, which follows the lanes"
@@ -89,3 +107,135 @@ def _patch(world: World, kind: str, road: int, s: float, left: float, right: flo
     length, height = _SIZES[kind]
     patch = world.object_at(road, ("patch", kind, kind.replace("_", " ")), s, 0.5 * (left + right), osm_id)
     return replace(patch, length=length, width=left - right, height=height)
+
+
+def crossing_objects(world: World, crossings: Sequence[Crossing]) -> list[RoadObject]:
+    """Make the objects of crossings: crosswalks, and islands in them."""
+    return [item for crossing in crossings for item in _crossing_objects(world, crossing)]
+
+
+def _crossing_objects(world: World, crossing: Crossing) -> list[RoadObject]:
+    if not crossing.island:
+        return [_crosswalk(world, crossing, None, None)]
+    if crossing.junction >= 0:
+        words = "the island of the crossing is left out: it lies in a junction"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
+        return [_crosswalk(world, crossing, None, None)]
+    edges = island_edges(world, crossing.road, crossing.s)
+    if edges is None:
+        words = "the island of the crossing is left out: all lanes run the same way and do not show where it lies"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
+        return [_crosswalk(world, crossing, None, None)]
+    left, right = edges
+    out = [_crosswalk(world, crossing, None, left)]
+    if left - right < NARROWEST_ISLAND:
+        words = f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
+    else:
+        half = 0.5 * crossing.width + _ISLAND_BEYOND
+        out.append(island(world, crossing.road, crossing.s, half, edges, crossing.osm_id))
+    return [*out, _crosswalk(world, crossing, right, None)]
+
+
+def _crosswalk(world: World, crossing: Crossing, left: float | None, right: float | None) -> RoadObject:
+    """Make one crosswalk, up to t = left and right or the carriageway's edges, m."""
+    road, s, width = crossing.road, crossing.s, crossing.width
+    outer = crossing.left if left is None else left, crossing.right if right is None else right
+    t = 0.5 * (outer[0] + outer[1])
+    kind = crossing.marking.partition(":")[0].partition(";")[0]
+    name = f"{'marked' if kind == 'yes' else kind} crossing"
+    words = ("crosswalk", _SUBTYPES.get(crossing.marking, kind), name)
+    found = world.object_at(road, words, s, t, crossing.osm_id)
+    if crossing.junction >= 0:
+        corners = _slanting(crossing)
+    else:
+        ends = s - 0.5 * width, s + 0.5 * width
+        (begin, end), length = ends, world.lanes.length(road)
+        # Before a junction it may lie partly in it, and is as wide there as where the road ends.
+        at_begin, at_end = (
+            (edges[0] if left is None else left, edges[1] if right is None else right)
+            for edges in (world.lanes.carriageway(road, min(max(at, 0.0), length)) for at in ends)
+        )
+        around = ((begin, at_begin[1]), (end, at_end[1]), (end, at_end[0]), (begin, at_begin[0]))
+        corners = outline(world, road, s, t, around)
+    return replace(found, length=width, width=outer[0] - outer[1], outline=corners)
+
+
+def _slanting(crossing: Crossing) -> tuple[tuple[float, float, float, float], ...]:
+    """Return the corners of a crosswalk that leads straight over connecting roads, in its own frame, as `outline`."""
+    reach, half = 0.5 * (crossing.left - crossing.right), 0.5 * crossing.width * hypot(1.0, crossing.skew)
+    return tuple(
+        (crossing.skew * v + along, v, 0.0, 0.0)
+        for v, along in ((-reach, -half), (-reach, half), (reach, half), (reach, -half))
+    )
+
+
+def island_edges(world: World, road: int, s: float) -> tuple[float, float] | None:
+    """Return t of the left and right edge of the widest island for which the lanes have room, m.
+
+    It lies between the two directions of traffic; None where there is only one.
+    """
+    lanes = sorted(world.lanes.at(road, s), key=lambda lane: abs(lane.id))
+    left, right = [lane for lane in lanes if lane.id > 0], [lane for lane in lanes if lane.id < 0]
+    if not all(any(lane.type in VEHICLE_LANES for lane in side) for side in (left, right)):
+        return None
+    return left[0].right + _spare(left), right[0].left - _spare(right)
+
+
+def _spare(lanes: Sequence[LaneAt]) -> float:
+    """Return the width next to the centre that lanes, from there outwards, can spare, m."""
+    spare = 0.0
+    for lane in lanes:
+        width = lane.left - lane.right
+        if lane.type not in _SPARE:
+            return spare + max(width - _WIDTH_BESIDE_ISLAND, 0.0) if lane.type in VEHICLE_LANES else spare
+        spare += width
+    return spare
+
+
+def island(world: World, road: int, s: float, half: float, edges: tuple[float, float], osm_id: str) -> RoadObject:
+    """Make an island from s - half to s + half, cut at the road's ends, between t of its edges, m."""
+    begin, end = max(s - half, 0.0), min(s + half, world.lanes.length(road))
+    left, right = edges
+    s, t = 0.5 * (begin + end), 0.5 * (left + right)
+    corners = ((begin, right), (end, right), (end, left), (begin, left))
+    around = outline(world, road, s, t, corners, ISLAND_HEIGHT)
+    found = world.object_at(road, ("trafficIsland", "", "island"), s, t, osm_id)
+    return replace(found, length=end - begin, width=left - right, height=ISLAND_HEIGHT, outline=around)
+
+
+def island_objects(road_map: RoadMap, diagnostics: Diagnostics) -> list[RoadObject]:
+    """Return the islands of a road map, at least one, as objects on roads beside them."""
+    furniture, islands = road_map.furniture, road_map.islands
+    used = (item.id for kind in (furniture.signals, furniture.objects, furniture.structures) for item in kind)
+    number = max(used, default=0)
+    road = np.array([item.road for item in islands], np.int64)
+    x, y = np.array([item.corners.mean(axis=0) for item in islands]).T
+    s, t, _ = project(road_map.plan_view, road, x, y)
+    at_x, at_y, hdg = pose(road_map.plan_view, road, s)
+    x, y = at_x - t * sine(hdg), at_y + t * cosine(hdg)
+    nodes = {item.id: item.osm_node_ids[0] for item in road_map.junctions}
+    made: list[RoadObject] = []
+    for k, item in enumerate(islands):
+        dx, dy = (item.corners - (x[k], y[k])).T
+        u, v = dx * cosine(hdg[k]) + dy * sine(hdg[k]), dy * cosine(hdg[k]) - dx * sine(hdg[k])
+        corners = zip(u.round(_DECIMALS).tolist(), v.round(_DECIMALS).tolist(), strict=True)
+        made.append(
+            RoadObject(
+                number + 1 + k,
+                road_map.roads[item.road].id,
+                *("trafficIsland", "", "island"),
+                float(s[k]),
+                float(t[k]),
+                length=round(float(np.ptp(u)), _DECIMALS),
+                width=round(float(np.ptp(v)), _DECIMALS),
+                height=ISLAND_HEIGHT,
+                outline=tuple((a, b, 0.0, ISLAND_HEIGHT) for a, b in corners),
+                osm_id=item.osm_id,
+            )
+        )
+        if item.osm_id:
+            continue
+        text = "a place that its carriageways go round is raised as an island"
+        diagnostics.guessed("junction-island", f"node/{nodes[item.junction]}", text)
+    return made

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.mapped_signs import mapped_posts
 from osm2xodr.furniture.signs.posts import Post, make_derived_signals, make_signals, merge_posts
-from osm2xodr.furniture.signs.priority_signs import priority_posts
 from osm2xodr.furniture.signs.speed_signs import posts_of_ways
-from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns
+from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns, priority_posts
 from osm2xodr.furniture.world import Approach, Crossing, RailStop, Stop, World
 from osm2xodr.model import Signal, SignFace
 

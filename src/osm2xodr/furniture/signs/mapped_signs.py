@@ -7,9 +7,17 @@ from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, cars_at_end
+from osm2xodr.furniture.signs.directions import (
+    Candidate,
+    LimitsAround,
+    Spot,
+    TownSide,
+    candidates_beside,
+    cars_at_end,
+    choose_spot,
+    choose_yield,
+)
 from osm2xodr.furniture.signs.posts import Post, with_plates
-from osm2xodr.furniture.signs.sign_roads import Candidate, Spot, candidates_beside, choose_spot, choose_yield
 from osm2xodr.furniture.signs.stop_and_give_way import KINDS, YieldSigns
 from osm2xodr.furniture.world import NodePlace, World, car_lanes
 from osm2xodr.model import FacingSigns, RoadsideThing, SignFace, SignPost

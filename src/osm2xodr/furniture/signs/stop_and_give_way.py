@@ -1,9 +1,12 @@
-"""Stop and give-way signs: of ``highway=stop`` and ``highway=give_way``, and mapped signs with these meanings."""
+"""Signs that say who yields: of ``highway=stop`` and ``highway=give_way``, and mapped signs with these meanings.
+
+Where the map has none, such signs are made for readers that know nothing else about the right of way.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -12,11 +15,10 @@ import numpy as np
 
 from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.directions import cars_at_end
+from osm2xodr.furniture.signs.directions import Spot, cars_at_end
 from osm2xodr.furniture.signs.posts import Post
-from osm2xodr.furniture.signs.sign_roads import Spot
 from osm2xodr.furniture.world import (
     Approach,
     Crossing,
@@ -27,9 +29,12 @@ from osm2xodr.furniture.world import (
     car_lanes,
     crossings_on_course,
 )
-from osm2xodr.model import Intersection, NodeControl, Sign, SignFace
+from osm2xodr.model import Intersection, NodeControl, Sign, Signal, SignFace
 
 KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
+
+# Signs that such readers know, by whether their traffic goes first.
+_GOES_FIRST: Final = {"priority_next": True, "priority_road": True, "give_way": False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,3 +287,37 @@ class YieldSigns:
 def _kind(control: NodeControl) -> str:
     assert control.tagged is not None
     return control.tagged.value
+
+
+def priority_posts(world: World, approaches: Sequence[Approach], signals: Iterable[Signal]) -> list[Post]:
+    """Return posts with the signs that follow from the priorities of junctions and are not there yet.
+
+    An approach that yields to some and goes before others gets none: it ranks between them without a sign. `signals`
+    are the signs that the map gives.
+    """
+    stated = _stated(signals)
+    of_connecting = {movement.connecting_road: item for item in approaches for movement in item.movements}
+    out: list[Post] = []
+    for junction in world.road_map.junctions:
+        first, yields = (
+            {(item.road, item.at_end): item for road in roads if (item := of_connecting.get(road))}
+            for roads in (zip(*junction.priorities, strict=True) if junction.priorities else ((), ()))
+        )
+        for key in sorted(first.keys() ^ yields.keys()):
+            item, goes_first = (first | yields)[key], key in first
+            if stated.get(key) is not goes_first:
+                face = SignFace("priority_next" if goes_first else "give_way")
+                out.append(Post(item.road, item.stop_s, item.at_end, (face,), ""))
+    if out:
+        words = f"{counted(len(out), 'sign')} added that {world.options.target.name} takes the right of way from"
+        world.diagnostics.note("priority-signs", "", words)
+    return out
+
+
+def _stated(signals: Iterable[Signal]) -> dict[tuple[int, bool], bool]:
+    """Return what the last sign of each direction of a road says: whether its traffic goes first."""
+    out: defaultdict[tuple[int, bool], list[bool]] = defaultdict(list)
+    for item in sorted(signals, key=Signal.place_for_traffic):
+        if item.name in _GOES_FIRST and not item.dynamic:
+            out[item.road, item.orientation == "+"].append(_GOES_FIRST[item.name])
+    return {key: found[-1] for key, found in out.items()}

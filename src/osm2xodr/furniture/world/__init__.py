@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from osm2xodr.furniture.world.approaches import (
+    RailStop,
     before_crossings,
     car_lanes,
     crossings_on_course,
     find_approaches,
+    find_rail_stops,
     junction_behind,
     lane_at_other_end,
     with_room_for_line,
 )
-from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
-from osm2xodr.furniture.world.node_places import Arm, NodePlace, NodePlaces
-from osm2xodr.furniture.world.post_clearance import PostClearance, curves_near
-from osm2xodr.furniture.world.rail_crossings import RailStop, find_rail_stops
-from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
+from osm2xodr.furniture.world.lane_table import Arm, LaneAt, LaneTable, NodePlace, NodePlaces, lane_ranges
+from osm2xodr.furniture.world.roadside_places import PostClearance, RoadsideFinder, RoadsidePlaces, curves_near
 from osm2xodr.furniture.world.world import (
     Approach,
     Crossing,

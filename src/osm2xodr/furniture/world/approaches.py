@@ -1,10 +1,12 @@
-"""Road ends at which cars come to junctions, and where they stop there."""
+"""Road ends at which cars come to junctions and stop there, and roads that cross railways."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from math import inf
+from typing import Final
 
 import numpy as np
 
@@ -12,7 +14,11 @@ from osm2xodr.conventions import meant_ends
 from osm2xodr.curves import heading_change
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
-from osm2xodr.model import VEHICLE_LANES, LaneType
+from osm2xodr.model import VEHICLE_LANES, LaneType, RailCrossing
+
+# How far before the middle of the first track signs stand, m: MUTCD 2009, 8B.03, wants crossbucks 12 ft from the
+# nearest rail, and the rail is half of the gauge from the middle.
+_BEFORE_TRACK: Final = 4.4
 
 
 def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approach, ...]:
@@ -167,3 +173,51 @@ def lane_at_other_end(world: World, road: int, lane: int, *, along: bool) -> int
         one = next((item for item in section.lanes if item.id == found), None)
         found = None if one is None else one.successor if along else one.predecessor
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class RailStop:
+    """What stands before the tracks for one direction of a road."""
+
+    road: int  # Id of the road
+    s: float  # m
+    along: bool  # Whether for traffic along s, else for that against it
+    crossing: RailCrossing  # What OSM says of it
+    osm_id: str  # The node
+
+
+def find_rail_stops(world: World) -> list[RailStop]:
+    """Return where traffic meets railways, by road; tracks near each other are one crossing.
+
+    Crossings in a junction are for the road that leads to them.
+    """
+    known = world.network.node_facts.rail_crossings
+    by_road: dict[int, list[tuple[float, int]]] = defaultdict(list)
+    for node, places in sorted(world.nodes.on_streets(known).items()):
+        on_road = [place for place in places if place.road >= 0]
+        for place in on_road:
+            by_road[place.road].append((place.s, node))
+        if not on_road:
+            words = "railway=level_crossing is not carried: it lies in a junction, on a way that no road leads over"
+            world.diagnostics.dropped("street-node", f"node/{node}", words)
+    return [stop for road, tracks in sorted(by_road.items()) for stop in _stops(world, road, sorted(tracks))]
+
+
+def _stops(world: World, road: int, tracks: list[tuple[float, int]]) -> list[RailStop]:
+    length = world.lanes.length(road)
+    groups: list[list[tuple[float, int]]] = []
+    for track in tracks:
+        if not groups or track[0] - groups[-1][-1][0] > defaults.ONE_INSTALLATION:
+            groups.append([])
+        groups[-1].append(track)
+    out: list[RailStop] = []
+    for group in groups:
+        for (at, node), along in ((group[0], True), (group[-1], False)):
+            s = at - _BEFORE_TRACK if along else at + _BEFORE_TRACK
+            # Beyond the road's end, in a junction, it is met by those who leave the road there.
+            met = s >= 0.0 if along else s <= length
+            inside = min(max(s, 0.0), length)
+            if met and car_lanes(world, road, inside, along):
+                crossing = world.network.node_facts.rail_crossings[node]
+                out.append(RailStop(road, inside, along, crossing, f"node/{node}"))
+    return out

@@ -19,8 +19,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.world.lane_table import LaneTable
-from osm2xodr.furniture.world.node_places import NodePlaces
+from osm2xodr.furniture.world.lane_table import LaneTable, NodePlaces
 from osm2xodr.model import (
     FloatArray,
     IntArray,

@@ -21,13 +21,10 @@ from osm2xodr.curves import owners
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.errors import InputError
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
-from osm2xodr.opendrive.reader.elements import TEXT, Elements, Node
-from osm2xodr.opendrive.reader.furniture import read_furniture
-from osm2xodr.opendrive.reader.grammar import Role
-from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
+from osm2xodr.opendrive.reader.elements import TEXT, Elements, Node, Role
+from osm2xodr.opendrive.reader.junctions_and_signals import JunctionReader, read_controller, read_furniture
 from osm2xodr.opendrive.reader.lanes import LaneReader
-from osm2xodr.opendrive.reader.nodes import ElementReader
-from osm2xodr.opendrive.reader.parts import Part, find_parts
+from osm2xodr.opendrive.reader.nodes import ElementReader, Part, find_parts
 from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import Controller, Furniture, HasTables, Header, OpenDrive, Shape

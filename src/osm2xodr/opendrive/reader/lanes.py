@@ -9,10 +9,8 @@ import numpy as np
 
 from osm2xodr.curves import owners, sorted_unique
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive.reader.elements import Elements
-from osm2xodr.opendrive.reader.grammar import Role
-from osm2xodr.opendrive.reader.records import Records, extend_counts, extend_starts
-from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.reader.elements import Elements, Role
+from osm2xodr.opendrive.reader.values import NAN, Records, Values, extend_counts, extend_starts
 from osm2xodr.opendrive.tables import ABSENT, LaneTable, MarkTable, Misfit, SectionTable
 
 _CUBIC: Final = ("sOffset", "a", "b", "c", "d")

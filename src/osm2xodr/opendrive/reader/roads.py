@@ -8,10 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
-from osm2xodr.opendrive.reader.elements import Elements, Node
-from osm2xodr.opendrive.reader.grammar import Role
-from osm2xodr.opendrive.reader.records import Records, columns
-from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.reader.elements import Elements, Node, Role
+from osm2xodr.opendrive.reader.values import NAN, Records, Values, columns
 from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, RoadTable, Shape, TypeTable
 
 _CUBIC: Final = ("s", "a", "b", "c", "d")

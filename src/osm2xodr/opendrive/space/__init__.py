@@ -9,21 +9,22 @@ records change, as at the end of a lane section after which the lane offset jump
 
 from __future__ import annotations
 
-from osm2xodr.opendrive.space.crowds import refuse_crowds
 from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
-from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on
+from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on, refuse_crowds
 from osm2xodr.opendrive.space.georeference import Frame, frame_of
-from osm2xodr.opendrive.space.lanes import lane_borders, lane_middles, section_at, speed_limits
-from osm2xodr.opendrive.space.profiles import (
+from osm2xodr.opendrive.space.lanes import (
     elevation,
     grade,
+    lane_borders,
+    lane_middles,
     lane_offset,
     points_beside,
+    section_at,
+    speed_limits,
     superelevation,
     surface_points,
 )
-from osm2xodr.opendrive.space.ribbons import Ribbons, lane_ribbons
-from osm2xodr.opendrive.space.sampling import Stations, sample_roads
+from osm2xodr.opendrive.space.sampling import Ribbons, Stations, lane_ribbons, sample_roads
 
 __all__ = [
     "Frame",

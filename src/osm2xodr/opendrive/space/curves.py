@@ -1,16 +1,20 @@
-"""Reference lines: plan views of all shapes as functions of s."""
+"""Reference lines: plan views of all shapes as functions of s.
+
+Many places are evaluated block by block, so that what is needed on the way stays small beside the result.
+"""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
 
 # Arc lengths of polynomials: panels per record, and rounds of Newton's method inside one.
@@ -32,11 +36,38 @@ _PANEL: Final = (*((-node, weight) for node, weight in reversed(_HALF_PANEL)), *
 _Triple = tuple[FloatArray, FloatArray, FloatArray]
 _Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
+# Places of a block: what is needed on the way to their results, some twenty numbers each, stays in caches of 2 MB.
+BLOCK: Final = 1 << 14
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
 
 def pose(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> _Triple:
     """Return x, y (m) and heading (rad, not wrapped) of reference lines at s."""
     x, y, hdg, _ = pose_and_curvature(file, road, s, before=before)
     return x, y, hdg
+
+
+def in_blocks(function: _Function) -> _Function:
+    """Evaluate a function of a file, rows (n,) and s (n,) in blocks; it returns an array (n,), or several of them."""
+
+    @functools.wraps(function)
+    def evaluated(file: Any, rows: Any, s: Any, **options: Any) -> Any:
+        if len(s) <= BLOCK:
+            return function(file, rows, s, **options)
+        out: list[Any] = []
+        single = False
+        for first in range(0, len(s), BLOCK):
+            at = slice(first, first + BLOCK)
+            found = function(file, rows[at], s[at], **options)
+            single = not isinstance(found, tuple)
+            columns = (found,) if single else found
+            out = out or [np.empty(len(s), column.dtype) for column in columns]
+            for whole, column in zip(out, columns, strict=True):
+                whole[at] = column
+        return out[0] if single else tuple(out)
+
+    return cast("_Function", evaluated)
 
 
 @in_blocks

@@ -10,7 +10,7 @@ from pyproj import Transformer
 from xodr_text import PROJECTION, document, read_text, road
 
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.lanelet2.projector import PROJECTORS, grid_references, place, projector_info
+from osm2xodr.exporting.lanelet2.document import PROJECTORS, grid_references, place, projector_info
 from osm2xodr.python_api import EXPORT_PROJECTORS
 
 NOWHERE = '<header revMajor="1" revMinor="7"/>'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from lxml import etree
 
-from osm2xodr.crop_and_merge.records import clip, cut_records
+from osm2xodr.crop_and_merge.document import clip, cut_records
 
 
 def records(*rows: str) -> etree._Element:

@@ -16,8 +16,8 @@ from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import Rule
-from osm2xodr.opendrive.reader import document as reading, parts, read_xodr
-from osm2xodr.opendrive.reader.parts import find_parts
+from osm2xodr.opendrive.reader import document as reading, nodes, read_xodr
+from osm2xodr.opendrive.reader.nodes import find_parts
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 NAMES = ("generic", "sumo")
@@ -26,7 +26,7 @@ NAMES = ("generic", "sumo")
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Divide small files, too, for four cores."""
-    monkeypatch.setattr(parts, "_LEAST_PART", 500)
+    monkeypatch.setattr(nodes, "_LEAST_PART", 500)
     monkeypatch.setattr(reading, "available_jobs", lambda: 4)
 
 

@@ -1,20 +1,101 @@
-"""Heights, superelevation, lane offsets and widths: steps between records, grades, negative widths."""
+"""Records along roads: gaps, kinks and steps between them, lengths unlike those of curves, widths and grades."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, record_ends, spans, worst_of
-from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking import rules
+from osm2xodr.checking.checks.common import (
+    LaneIndex,
+    above,
+    degrees,
+    first_rows,
+    followers,
+    record_ends,
+    record_poses,
+    road_place,
+    spans,
+    worst_of,
+)
 from osm2xodr.checking.findings import Findings, Place
+from osm2xodr.checking.rules import RULES
 from osm2xodr.curves import owners
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
-from osm2xodr.opendrive import OpenDrive
+from osm2xodr.opendrive import OpenDrive, Shape, record_lengths
+
+_POLYNOMIALS = (Shape.POLY3, Shape.PARAM_POLY3)
 
 _PERCENT = 100.0
 # Stations that fit into a key of 64 bits beside the road's index.
 _STATIONS = 1 << 44
+
+
+def check_plan_views(drive: OpenDrive, findings: Findings) -> None:
+    """Check the plan views of all roads."""
+    _check_lengths(drive, findings)
+    _check_followers(drive, findings)
+    _check_shapes(drive, findings)
+
+
+def _place_of_geometry(drive: OpenDrive, row: IntArray) -> Place:
+    """Return where records are, for findings."""
+    plan = drive.plan_view
+    return {"road": owners(plan.start)[row], "s": plan.s[row], "line": plan.line[row]}
+
+
+def _add_geometry(rule: str, drive: OpenDrive, row: IntArray, value: FloatArray, findings: Findings) -> None:
+    """Add findings about records whose values are above the limit."""
+    bad = np.flatnonzero(above(rule, value))
+    findings.add(rule, value=value[bad], **_place_of_geometry(drive, row[bad]))
+
+
+def _check_lengths(drive: OpenDrive, findings: Findings) -> None:
+    """Check the lengths of roads and of their records."""
+    plan, roads = drive.plan_view, drive.roads
+    findings.add("no-plan-view", **road_place(drive, np.flatnonzero(np.diff(plan.start) == 0)))
+    for rule, find in (("zero-length", lambda length: length <= 0), ("short-record", _is_short)):
+        row = np.flatnonzero(find(plan.length))
+        findings.add(rule, value=plan.length[row], other=lambda _: "the record", **_place_of_geometry(drive, row))
+        road = np.flatnonzero(find(roads.length))
+        place = road_place(drive, road, np.zeros(len(road)))
+        findings.add(rule, value=roads.length[road], other=lambda _: "the road", **place)
+    total = np.bincount(owners(plan.start), weights=plan.length, minlength=len(roads.id))
+    off = np.abs(total - roads.length)
+    wrong = np.flatnonzero(above("road-length", off) & (np.diff(plan.start) > 0))
+    findings.add("road-length", value=off[wrong], **road_place(drive, wrong, roads.length[wrong]))
+    _add_geometry(
+        "record-length", drive, np.arange(len(plan.s)), np.abs(record_lengths(drive) - plan.length), findings
+    )
+
+
+def _is_short(length: FloatArray) -> BoolArray:
+    """Whether lengths are short, but not 0."""
+    limit = RULES["short-record"].limit
+    assert limit is not None
+    return np.asarray((length > 0) & (length < limit.value))
+
+
+def _check_followers(drive: OpenDrive, findings: Findings) -> None:
+    """Check whether each record begins where the previous one ends."""
+    plan = drive.plan_view
+    row = followers(plan.start)
+    before = row - 1
+    first = first_rows(plan.start)
+    _add_geometry("record-s", drive, first, np.abs(plan.s[first]), findings)
+    _add_geometry("record-s", drive, row, np.abs(plan.s[row] - plan.s[before] - plan.length[before]), findings)
+    x, y, hdg = record_poses(drive, before, plan.length[before])
+    at_x, at_y, at_hdg = record_poses(drive, row, np.zeros(len(row)))
+    _add_geometry("record-gap", drive, row, np.hypot(at_x - x, at_y - y), findings)
+    _add_geometry("record-kink", drive, row, degrees(at_hdg - hdg), findings)
+
+
+def _check_shapes(drive: OpenDrive, findings: Findings) -> None:
+    """Check each shape by itself."""
+    plan = drive.plan_view
+    findings.add("unknown-shape", **_place_of_geometry(drive, np.flatnonzero(plan.shape == Shape.UNKNOWN)))
+    row = np.flatnonzero(np.isin(plan.shape, _POLYNOMIALS))
+    _, _, hdg = record_poses(drive, row, np.zeros(len(row)))
+    _add_geometry("start-tangent", drive, row, degrees(hdg - plan.hdg[row]), findings)
 
 
 def check_profiles(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
@@ -26,16 +107,18 @@ def check_profiles(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
     _check_widths(drive, lanes, findings)
 
 
-def _place(drive: OpenDrive, name: str, row: IntArray) -> Place:
+def _place_of_profile(drive: OpenDrive, name: str, row: IntArray) -> Place:
     """Return where records of a profile of roads are, for findings."""
     profile: CubicProfile = getattr(drive, name)
     return {"road": owners(profile.start)[row], "s": profile.s[row], "line": drive.record_lines[name][row]}
 
 
-def _add(rule: str, drive: OpenDrive, name: str, row: IntArray, value: FloatArray, findings: Findings) -> None:
+def _add_profile(
+    rule: str, drive: OpenDrive, name: str, row: IntArray, value: FloatArray, findings: Findings
+) -> None:
     """Add findings about records of a profile of roads whose values are above the limit."""
     bad = np.flatnonzero(above(rule, value))
-    findings.add(rule, value=value[bad], **_place(drive, name, row[bad]))
+    findings.add(rule, value=value[bad], **_place_of_profile(drive, name, row[bad]))
 
 
 def _check_starts(drive: OpenDrive, findings: Findings) -> None:
@@ -49,7 +132,7 @@ def _check_starts(drive: OpenDrive, findings: Findings) -> None:
         row = first_rows(profile.start)
         row = row[above(rule, profile.s[row])]
         words = [name.replace("_", " ")] * len(row)
-        findings.add(rule, value=profile.s[row], other=words, **_place(drive, name, row))
+        findings.add(rule, value=profile.s[row], other=words, **_place_of_profile(drive, name, row))
 
 
 def _check_heights(drive: OpenDrive, findings: Findings) -> None:
@@ -57,12 +140,12 @@ def _check_heights(drive: OpenDrive, findings: Findings) -> None:
     profile = drive.elevation
     row = followers(profile.start)
     value, slope = record_ends(profile, row - 1)
-    _add("height-step", drive, "elevation", row, np.abs(profile.a[row] - value), findings)
-    _add("grade-step", drive, "elevation", row, _PERCENT * np.abs(profile.b[row] - slope), findings)
+    _add_profile("height-step", drive, "elevation", row, np.abs(profile.a[row] - value), findings)
+    _add_profile("grade-step", drive, "elevation", row, _PERCENT * np.abs(profile.b[row] - slope), findings)
     profile = drive.superelevation
     row = followers(profile.start)
     value, _ = record_ends(profile, row - 1)
-    _add("superelevation-step", drive, "superelevation", row, degrees(profile.a[row] - value), findings)
+    _add_profile("superelevation-step", drive, "superelevation", row, degrees(profile.a[row] - value), findings)
 
 
 def _check_grades(drive: OpenDrive, findings: Findings) -> None:
@@ -83,7 +166,7 @@ def _check_grades(drive: OpenDrive, findings: Findings) -> None:
     excess = above("grade-excess", steepest[worst])
     for rule, wanted in (("grade-excess", excess), ("grade-steep", above("grade-steep", steepest[worst]) & ~excess)):
         row = worst[wanted]
-        place = _place(drive, "elevation", row)
+        place = _place_of_profile(drive, "elevation", row)
         place["s"] = place["s"] + at[which[row], row]
         findings.add(rule, value=steepest[row], **place)
 
@@ -94,7 +177,7 @@ def _check_lane_offsets(drive: OpenDrive, findings: Findings) -> None:
     row = followers(profile.start)
     row = row[~_at_section(drive, owners(profile.start)[row], profile.s[row])]
     value, _ = record_ends(profile, row - 1)
-    _add("lane-offset-step", drive, "lane_offset", row, np.abs(profile.a[row] - value), findings)
+    _add_profile("lane-offset-step", drive, "lane_offset", row, np.abs(profile.a[row] - value), findings)
 
 
 def _at_section(drive: OpenDrive, road: IntArray, s: FloatArray) -> BoolArray:
@@ -110,7 +193,7 @@ def _at_section(drive: OpenDrive, road: IntArray, s: FloatArray) -> BoolArray:
 
 def _station_keys(road: IntArray, s: FloatArray) -> IntArray:
     """Return one whole number for a road and a station; those of neighbouring stations differ by 1."""
-    step = np.rint(np.nan_to_num(s) / defaults.SAME_S).astype(np.int64)
+    step = np.rint(np.nan_to_num(s) / rules.SAME_S).astype(np.int64)
     return np.asarray(road * _STATIONS + np.clip(step, 0, _STATIONS // 2 - 1))
 
 
