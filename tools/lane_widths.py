@@ -17,7 +17,7 @@ import osmium
 from osm2xodr.osmParsing.network import find_place
 from osm2xodr.osmParsing.options import DRIVABLE
 from osm2xodr.osmParsing.tags.access import oneway
-from osm2xodr.osmParsing.tags.built_up import is_town_street
+from osm2xodr.osmParsing.tags.legal_speeds import is_town_street
 from osm2xodr.osmParsing.tags.values import parse_length
 
 # Fewer ways say nothing.

@@ -16,7 +16,7 @@ from scene_files import scene_named
 from small_area import OSM, write_area, write_dem
 
 import osm2xodr
-from osm2xodr.viewing.credits import credits_of
+from osm2xodr.viewing.scene import credits_of
 
 
 @pytest.fixture

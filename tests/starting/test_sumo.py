@@ -13,7 +13,7 @@ from scene_files import SAMPLES, scene_named
 
 import osm2xodr
 from osm2xodr import InputError, Started
-from osm2xodr.starting.sumo_network import read_network
+from osm2xodr.starting.sumo import read_network
 
 (SAMPLE,) = SAMPLES
 

@@ -25,8 +25,7 @@ from osm2xodr.viewing import PictureOptions, ReportOptions, write_report
 from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.scene import Scene
-from osm2xodr.viewing.strips import make_scene
+from osm2xodr.viewing.scene import Scene, make_scene
 
 CREDIT = "© OpenStreetMap contributors"
 SIGNALS = """<signal id="903" name="" s="20" t="-5" dynamic="yes" orientation="+" zOffset="3" type="1000001"

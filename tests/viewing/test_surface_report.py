@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from osm2xodr.model import FloatArray
-from osm2xodr.surface.comparison import Patch, compare_grid
-from osm2xodr.surface.survey import DemComparison, SurfaceComparison
+from osm2xodr.surface.survey import DemComparison, Patch, SurfaceComparison, compare_grid
 from osm2xodr.viewing.surface_report import surface_page
 
 

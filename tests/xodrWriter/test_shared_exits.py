@@ -9,9 +9,9 @@ from sample_road_maps import centre, crossing, lane, plan_view, profile
 
 from osm2xodr.conventions import TARGETS
 from osm2xodr.model import Connection, LaneSection, LaneType, Road, RoadLink, RoadMap
+from osm2xodr.xodrWriter.formatting import Words
 from osm2xodr.xodrWriter.options import DIALECTS
 from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
-from osm2xodr.xodrWriter.words import Words
 
 SUMO = Words(DIALECTS["1.7"], TARGETS["sumo"].lane_types)
 

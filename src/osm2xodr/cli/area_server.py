@@ -54,8 +54,8 @@ _ANSWER: Final = ("status", "memory", "message", "laid_out")
 _PRELOADED: Final = (
     "osm2xodr.cli.convert",
     "osm2xodr.python_api.converting",
-    "osm2xodr.python_api.corrections",
-    "osm2xodr.python_api.maps",
+    "osm2xodr.python_api.inputs",
+    "osm2xodr.python_api.inputs",
     "osm2xodr.batching.areas",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",

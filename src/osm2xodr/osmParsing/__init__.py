@@ -66,11 +66,11 @@ __getattr__ = lazy_exports(
         "corrections": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
             "AREA_TYPE",
-            "OsmFile",
             "RELATION_TYPES",
+            "UNITS_PER_DEGREE",
+            "OsmFile",
             "RawNodes",
             "RawWay",
-            "UNITS_PER_DEGREE",
             "all_tags",
             "class_of",
             "close_writer",

@@ -13,13 +13,16 @@ if TYPE_CHECKING:
         convert as convert,
         pipeline_options as pipeline_options,
     )
-    from osm2xodr.python_api.corrections import read_corrections as read_corrections
     from osm2xodr.python_api.exports import (
+        CARLA_TILE as CARLA_TILE,
         EXPORT_FORMATS as EXPORT_FORMATS,
         EXPORT_LAYERS as EXPORT_LAYERS,
         EXPORT_PROJECTORS as EXPORT_PROJECTORS,
+        SCENE_FORMATS as SCENE_FORMATS,
+        SCENE_TILE as SCENE_TILE,
         export as export,
         export_format as export_format,
+        export_scene as export_scene,
         materials_file as materials_file,
         projector_file as projector_file,
     )
@@ -32,8 +35,12 @@ if TYPE_CHECKING:
         render as render,
         report as report,
     )
+    from osm2xodr.python_api.inputs import (
+        AreaMap as AreaMap,
+        area_map as area_map,
+        read_corrections as read_corrections,
+    )
     from osm2xodr.python_api.keywords import AreaKeywords as AreaKeywords, ConvertKeywords as ConvertKeywords
-    from osm2xodr.python_api.maps import AreaMap as AreaMap, area_map as area_map
     from osm2xodr.python_api.network import RoadNetwork as RoadNetwork, read as read
     from osm2xodr.python_api.nouns import (
         Connection as Connection,
@@ -49,42 +56,31 @@ if TYPE_CHECKING:
         ConvertOptions as ConvertOptions,
     )
     from osm2xodr.python_api.parts import clipping as clipping, crop as crop, merge as merge
-    from osm2xodr.python_api.scenes import (
-        CARLA_TILE as CARLA_TILE,
-        SCENE_FORMATS as SCENE_FORMATS,
-        SCENE_TILE as SCENE_TILE,
-        export_scene as export_scene,
-    )
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "maps": ("AreaMap", "area_map"),
+        "inputs": ("AreaMap", "area_map", "read_corrections"),
         "converting": ("Conversion", "changed_options", "convert", "pipeline_options"),
-        "corrections": ("read_corrections",),
         "exports": (
+            "CARLA_TILE",
             "EXPORT_FORMATS",
             "EXPORT_LAYERS",
             "EXPORT_PROJECTORS",
+            "SCENE_FORMATS",
+            "SCENE_TILE",
             "export",
             "export_format",
+            "export_scene",
             "materials_file",
             "projector_file",
         ),
         "fetches": ("fetch",),
-        "files": (
-            "PICTURE_FORMATS",
-            "RENDER_WIDTH_LEAST",
-            "check",
-            "locate",
-            "render",
-            "report",
-        ),
+        "files": ("PICTURE_FORMATS", "RENDER_WIDTH_LEAST", "check", "locate", "render", "report"),
         "keywords": ("AreaKeywords", "ConvertKeywords"),
         "network": ("RoadNetwork", "read"),
         "nouns": ("Connection", "Elements", "Junction", "Lane", "Link", "Road", "Signal"),
         "parts": ("clipping", "crop", "merge"),
-        "scenes": ("CARLA_TILE", "SCENE_FORMATS", "SCENE_TILE", "export_scene"),
-        "options": ("ConvertOptions", "DECLARATIONS"),
+        "options": ("DECLARATIONS", "ConvertOptions"),
     },
 )

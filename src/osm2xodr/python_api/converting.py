@@ -21,8 +21,7 @@ from osm2xodr.geometry import ElevationOptions, RoadOptions
 from osm2xodr.model import Corrections
 from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.pipeline import Layouts, PipelineOptions
-from osm2xodr.python_api.corrections import read_corrections
-from osm2xodr.python_api.maps import area_map
+from osm2xodr.python_api.inputs import area_map, read_corrections
 from osm2xodr.python_api.network import RoadNetwork
 from osm2xodr.python_api.options import (
     COPIES_FROM,

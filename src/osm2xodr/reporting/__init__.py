@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.reporting.code_table import Code as Code, codes as codes
     from osm2xodr.reporting.conversion import Conversion as Conversion, Written as Written
     from osm2xodr.reporting.report import (
         REPORT_FORMAT as REPORT_FORMAT,
+        Code as Code,
+        codes as codes,
         details as details,
     )
     from osm2xodr.reporting.statistics import summarize as summarize
@@ -24,9 +25,8 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "code_table": ("Code", "codes"),
+        "report": ("REPORT_FORMAT", "Code", "codes", "details"),
         "conversion": ("Conversion", "Written"),
-        "report": ("REPORT_FORMAT", "details"),
         "statistics": ("summarize",),
         "summary_lines": ("Line", "Style", "kinds_of_findings", "summary"),
     },

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics
-from osm2xodr.reporting.code_table import codes
+from osm2xodr.reporting.report import codes
 
 if TYPE_CHECKING:
     from osm2xodr.model import LocalFrame

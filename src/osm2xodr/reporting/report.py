@@ -1,4 +1,4 @@
-"""What is said about a conversion: to people as text, to programs as JSON.
+"""What is said about a conversion: to people as text, to programs as JSON, and what the codes of diagnostics mean.
 
 Imports nothing heavy: the command line imports it at its start.
 """
@@ -9,16 +9,19 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from pathlib import PurePath
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.reporting.code_table import codes
+from osm2xodr.diagnostics import Diagnostics, Kind
 
 if TYPE_CHECKING:
     from osm2xodr.model import BorderEnd, ElevationReport, Junction
     from osm2xodr.reporting.statistics import Statistics
     from osm2xodr.surface import DemSummary
+
 
 # Version of the layout of the JSON report; goes up when a field is removed or changes its meaning.
 REPORT_FORMAT = 2
@@ -98,3 +101,39 @@ def example(message: str, osm_id: str, count: int, most: int | None = None) -> s
     if most is not None and len(text) + len(tail) > most:
         text = f"{text[: max(most - len(tail) - 1, 0)]}…"
     return text + tail
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """What one code means; ``codes.ini`` says what the fields are."""
+
+    kinds: tuple[Kind, ...]
+    meaning: str
+    remedy: str
+    harm: int | None  # None where it needs no attention
+    osm: tuple[Kind, ...]  # Kinds of it that stand for mistakes in OSM
+    correction: str  # Key and value of a correction, as an example; empty where none helps
+
+    def line_for(self, osm_id: str) -> str:
+        """Return a line for a file of corrections about an element, such as ``way.1.lanes = 2``; empty for none."""
+        kind, _, number = osm_id.partition("/")
+        return f"{kind}.{number}.{self.correction}" if self.correction and number else ""
+
+
+@cache
+def codes() -> Mapping[str, Code]:
+    """Return all codes of diagnostics, by name."""
+    # Here, so that commands that need none of it start at once.
+    from configparser import ConfigParser
+    from importlib import resources
+
+    parser = ConfigParser(delimiters="=", interpolation=None)
+    parser.read_string(resources.files("osm2xodr.reporting").joinpath("codes.ini").read_text(encoding="utf-8"))
+    found = {}
+    for name in parser.sections():
+        item = parser[name]
+        kinds = tuple(Kind(word) for word in item["kinds"].split(", "))
+        meaning, remedy = (" ".join(item[key].split()) for key in ("meaning", "remedy"))
+        osm = tuple(Kind(word) for word in item.get("osm", "").split(", ") if word)
+        found[name] = Code(kinds, meaning, remedy, item.getint("harm"), osm, item.get("correction", ""))
+    return MappingProxyType(found)

@@ -8,8 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
-from osm2xodr.reporting.code_table import codes
-from osm2xodr.reporting.report import example
+from osm2xodr.reporting.report import codes, example
 from osm2xodr.xodrWriter import plan_view_bounds
 
 if TYPE_CHECKING:

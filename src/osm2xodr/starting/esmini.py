@@ -14,7 +14,7 @@ from typing import Final
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import read_xodr
 from osm2xodr.starting.lanes import LaneNetwork, Path, lane_network
-from osm2xodr.starting.lights import Programme, programmes_of
+from osm2xodr.starting.motion import Programme, programmes_of
 from osm2xodr.starting.request import FOLDER, XODR, Made, Request
 from osm2xodr.starting.routes import Car, choose_cars
 

@@ -11,8 +11,7 @@ import numpy as np
 from osm2xodr.curves import sorted_unique
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.starting.lanes import LaneNetwork, Path, path_along
-from osm2xodr.starting.lights import Programme, lights_on
-from osm2xodr.starting.motion import Motion, plan_motion
+from osm2xodr.starting.motion import Motion, Programme, lights_on, plan_motion
 
 # How long a way should be, m: about what a car covers at 50 km/h while it is watched.
 _WAY: Final = 1_200.0

@@ -13,25 +13,26 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.surface.comparison import MethodResult as MethodResult
-    from osm2xodr.surface.coverage import judge_coverage as judge_coverage
-    from osm2xodr.surface.dem_surface import DemSummary as DemSummary, DemSurface as DemSurface
-    from osm2xodr.surface.files import DEM_ENDINGS as DEM_ENDINGS, expand as expand
     from osm2xodr.surface.flat_surface import FlatSurface as FlatSurface
     from osm2xodr.surface.grids import is_virtual as is_virtual, virtual_sources as virtual_sources
     from osm2xodr.surface.options import (
         DEM_ENCODINGS as DEM_ENCODINGS,
+        DEM_ENDINGS as DEM_ENDINGS,
         DEM_TYPES as DEM_TYPES,
         METHODS as METHODS,
         SurfaceOptions as SurfaceOptions,
+        expand as expand,
     )
     from osm2xodr.surface.reading import (
+        judge_coverage as judge_coverage,
         points_along as points_along,
         read_surface as read_surface,
         suspect_feet as suspect_feet,
     )
+    from osm2xodr.surface.sampling import DemSummary as DemSummary, DemSurface as DemSurface
     from osm2xodr.surface.survey import (
         DemComparison as DemComparison,
+        MethodResult as MethodResult,
         SurfaceComparison as SurfaceComparison,
         compare_surfaces as compare_surfaces,
     )
@@ -40,14 +41,11 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "comparison": ("MethodResult",),
-        "coverage": ("judge_coverage",),
-        "dem_surface": ("DemSummary", "DemSurface"),
-        "files": ("DEM_ENDINGS", "expand"),
+        "survey": ("DemComparison", "MethodResult", "SurfaceComparison", "compare_surfaces"),
+        "reading": ("judge_coverage", "points_along", "read_surface", "suspect_feet"),
+        "sampling": ("DemSummary", "DemSurface"),
+        "options": ("DEM_ENCODINGS", "DEM_ENDINGS", "DEM_TYPES", "METHODS", "SurfaceOptions", "expand"),
         "grids": ("is_virtual", "virtual_sources"),
         "flat_surface": ("FlatSurface",),
-        "options": ("DEM_ENCODINGS", "DEM_TYPES", "METHODS", "SurfaceOptions"),
-        "reading": ("points_along", "read_surface", "suspect_feet"),
-        "survey": ("DemComparison", "SurfaceComparison", "compare_surfaces"),
     },
 )

@@ -1,9 +1,17 @@
-"""What the user may choose about elevation models. Imports nothing heavy: the command line reads it first."""
+"""What the user may choose about elevation models, and which files are meant by paths, patterns and folders.
+
+Imports nothing heavy: the command line reads it first.
+"""
 
 from __future__ import annotations
 
+import glob
 import math
+import os
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
 
 from osm2xodr.conventions import Group, flag, option
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
@@ -12,6 +20,9 @@ from osm2xodr.errors import InputError
 METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
 DEM_ENCODINGS = ("terrarium", "mapbox")
+
+# Endings of elevation models in a folder, in small letters.
+DEM_ENDINGS: Final = (".tif", ".tiff", ".hgt", ".vrt", ".asc", ".img", ".zip")
 
 
 def _check_sigma(sigma: float) -> float:
@@ -127,3 +138,26 @@ class SurfaceOptions:
                 "the vertical datum of the elevation models is used only to convert heights to another; give "
                 "--vertical-datum too"
             )
+
+
+def expand(patterns: Iterable[str | os.PathLike[str]]) -> tuple[Path, ...]:
+    """Return the files that are meant, each once; those of one pattern in the order of their names.
+
+    `patterns` are paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand
+    for the elevation models in them. Raises `InputError` where a pattern or folder has no file.
+    """
+    found: dict[Path, None] = {}
+    for given in patterns:
+        path, pattern = Path(given), os.fspath(given)
+        if path.is_dir():
+            files = sorted(item for item in path.iterdir() if item.suffix.lower() in DEM_ENDINGS)
+            if not files:
+                raise InputError(f"there are no elevation models in the folder {pattern}; name their files")
+        elif path.exists() or not glob.has_magic(pattern):
+            files = [path]
+        else:
+            files = sorted(item for item in map(Path, glob.glob(pattern, recursive=True)) if item.is_file())
+            if not files:
+                raise InputError(f"no file is called like {pattern}; check the pattern")
+        found.update(dict.fromkeys(files))
+    return tuple(found)

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         parse_duration as parse_duration,
         parse_memory as parse_memory,
         release_memory as release_memory,
+        uninterrupted as uninterrupted,
     )
     from osm2xodr.system.pages import is_page as is_page, plain_text as plain_text
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
@@ -56,7 +57,6 @@ if TYPE_CHECKING:
         own_process as own_process,
         raster_errors as raster_errors,
     )
-    from osm2xodr.system.signals import uninterrupted as uninterrupted
     from osm2xodr.system.streams import (
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
@@ -68,8 +68,8 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "files": (
-            "ByteSink",
             "STANDARD_OUTPUT",
+            "ByteSink",
             "appended",
             "check_target",
             "complete",
@@ -102,11 +102,11 @@ __getattr__ = lazy_exports(
             "parse_duration",
             "parse_memory",
             "release_memory",
+            "uninterrupted",
         ),
         "pages": ("is_page", "plain_text"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "progress": ("Progress", "advance", "shown", "stage", "time_left"),
-        "signals": ("uninterrupted",),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
         "threads": ("one_thread",),
         "xml_text": ("xml_stream",),

@@ -13,7 +13,7 @@ from typing import Final
 
 from osm2xodr.errors import OutputError
 from osm2xodr.system.files import lock, parse_json
-from osm2xodr.system.signals import uninterrupted
+from osm2xodr.system.limits import uninterrupted
 
 # Key of the list of files in the file that describes the folder.
 FILES_KEY: Final = "files"

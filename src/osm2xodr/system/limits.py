@@ -1,4 +1,7 @@
-"""Bounds on the memory and time of one run of a command, and giving memory back."""
+"""Bounds on the memory and time of one run of a command, giving memory back, and signals that end the process.
+
+These are deferred where something has to be finished first.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import re
 import select
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -268,3 +272,37 @@ def release_memory() -> None:
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
         if trim is not None:
             trim(0)
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Defer the signals that end the process to the end of the block.
+
+    SIGINT is blocked, also for threads and processes that are started meanwhile, and for those that they start:
+    Ctrl-C at the terminal reaches this process alone, which then stops its workers in order. Where the system blocks
+    no signals, it is deferred as the others.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    deferred: list[int] = []
+
+    def defer(number: int, frame: FrameType | None) -> None:
+        deferred.append(number)
+
+    can_block = hasattr(signal, "pthread_sigmask")
+    numbers = ENDING_SIGNALS if can_block else (signal.SIGINT, *ENDING_SIGNALS)
+    before = {number: signal.getsignal(number) for number in numbers}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, defer)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if can_block else set()
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for late in deferred[:1]:
+            signal.raise_signal(late)
+        if can_block:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -31,6 +31,7 @@ from osm2xodr.xodrWriter.formatting import (
     CURVATURE,
     NUMBER,
     POSITION_DECIMALS,
+    Words,
     attribute,
     digits_before_point,
     number,
@@ -41,7 +42,6 @@ from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
-from osm2xodr.xodrWriter.words import Words
 
 # Roads and junctions per block of text, 1 to 2 MB: processes that make them in turns take about equally long, and
 # hold little at a time. The least number of blocks that is worth another process.

@@ -13,9 +13,8 @@ import numpy as np
 from osm2xodr.conventions import Crosswalks
 from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.model import Controller, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal, SignalReference
-from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position, user_data
+from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, Words, attribute, number, position, user_data
 from osm2xodr.xodrWriter.options import Dialect
-from osm2xodr.xodrWriter.words import Words
 
 # Of places and sizes of furniture, 1 mm, and of its headings, 1e-5 rad: 0.1 mm at the end of a crosswalk of 20 m.
 _SIZE_DECIMALS: Final = 3

@@ -16,8 +16,7 @@ from typing import Final
 from osm2xodr.conventions import PROGRAMMES_HEAD
 from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, Lane, LaneSection, Road, RoadMap, SignalLink, SignalPhase
-from osm2xodr.xodrWriter.formatting import number
-from osm2xodr.xodrWriter.words import Words
+from osm2xodr.xodrWriter.formatting import Words, number
 
 # What SUMO's documentation of its options says: ``opendrive.min-width``, ``opendrive.curve-resolution``; and the
 # program's ``POSITION_EPS``. All m.

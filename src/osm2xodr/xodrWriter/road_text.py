@@ -27,9 +27,8 @@ from osm2xodr.model import (
     RoadType,
 )
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import NUMBER, name_attribute, number, numbers, position, user_data
+from osm2xodr.xodrWriter.formatting import NUMBER, Words, name_attribute, number, numbers, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
-from osm2xodr.xodrWriter.words import Words
 
 # Lanes whose marks readers look at: those that cars, bicycles or parked cars are on.
 _MARKED: Final = VEHICLE_LANES | {LaneType.BIKING, LaneType.PARKING}

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from osm2xodr.model import CAR_LANES, Connection, LaneType, Road, RoadLink, RoadMap
-from osm2xodr.xodrWriter.words import Words
+from osm2xodr.xodrWriter.formatting import Words
 
 # What such a way is written as: nothing is driven on, but the surface stays.
 _CLOSED = LaneType.SHOULDER

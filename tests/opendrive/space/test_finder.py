@@ -15,7 +15,7 @@ from xodr_text import cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import refuse_crowds
-from osm2xodr.opendrive.space import RoadFinder, lane_borders, surface_points
+from osm2xodr.opendrive.space import RoadFinder, finder as finding, lane_borders, surface_points
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
 LANES = cubics("laneOffset", (0, 0.4, 0.01)) + section(
@@ -153,7 +153,7 @@ def test_roads_on_each_other_by_the_hundred_are_refused(tmp_path: Path) -> None:
 
 def test_larger_areas_than_any_road_covers_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
-    monkeypatch.setattr(finder, "_CELLS", 10.0)
-    monkeypatch.setattr(finder, "_CELLS_EACH", 1.0)
+    monkeypatch.setattr(finding, "_CELLS", 10.0)
+    monkeypatch.setattr(finding, "_CELLS_EACH", 1.0)
     with pytest.raises(InputError, match=r"roads cover too large an area to compare them, most at road '1'"):
         refuse_crowds(read_text(tmp_path, document(road(lanes=LANE))))

@@ -16,8 +16,8 @@ import pytest
 from osm_builder import document, write_osm
 
 from osm2xodr.errors import InputError
+from osm2xodr.osmParsing.file.access import RawMember, RawWay
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
-from osm2xodr.osmParsing.file.raw import RawMember, RawWay
 from osm2xodr.osmParsing.file.reader import (
     OtherWays,
     count_contents,

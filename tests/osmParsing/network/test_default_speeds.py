@@ -14,7 +14,7 @@ from osm2xodr.conventions import find_country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, Rule, Street, StreetAttributes
 from osm2xodr.osmParsing import ParseOptions
-from osm2xodr.osmParsing.file.raw import RawWay
+from osm2xodr.osmParsing.file.access import RawWay
 from osm2xodr.osmParsing.network.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.ways import way_attributes
 

@@ -7,7 +7,7 @@ from osm_builder import ROAD, ROW, Area, about, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import LaneConnectivity, TurnRestriction
-from osm2xodr.osmParsing.file.raw import RawMember, RawRelation, RawWay
+from osm2xodr.osmParsing.file.access import RawMember, RawRelation, RawWay
 from osm2xodr.osmParsing.network.relations import forbids, parse_connectivity, read_connectivities, read_restrictions
 
 

@@ -10,7 +10,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BusStop, RoadsideKind
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.osmParsing.options import parse_ways_option
-from osm2xodr.osmParsing.roadside.tags import kind_of_node, kind_of_way
+from osm2xodr.osmParsing.roadside.things import kind_of_node, kind_of_way
 
 ALL = frozenset({"lamps", "trees"})
 STREET = {1: (0.0, 0.0), 2: (100.0, 0.0), 3: (200.0, 0.0)}

@@ -1,4 +1,7 @@
-"""Limits that follow from the law where none is tagged, and lanes as wide as the country's guide wants them."""
+"""Limits that follow from the law where none is tagged, and lanes as wide as the country's guide wants them.
+
+Which ways are built as streets in town are.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,8 @@ from osm2xodr.conventions.countries import GENERIC, find_country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule
 from osm2xodr.osmParsing import ParseOptions
-from osm2xodr.osmParsing.file.raw import RawWay
-from osm2xodr.osmParsing.tags.legal_speeds import legal_speed
+from osm2xodr.osmParsing.file.access import RawWay
+from osm2xodr.osmParsing.tags.legal_speeds import is_town_street, legal_speed
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
 
@@ -127,3 +130,26 @@ def test_lanes_are_as_wide_as_the_country_has_them(
     country = find_country(code) if code else GENERIC
     ((attributes,), _) = way_attributes([way], Rule.RIGHT_HAND, chosen, Diagnostics(), country)
     assert [lane.width for lane in attributes.lanes_ltr] == widths
+
+
+@pytest.mark.parametrize(
+    ("tags", "dense", "town"),
+    [
+        ("highway=primary", False, False),
+        ("highway=primary", True, True),
+        ("highway=primary lit=yes", False, True),
+        # A limit says it best.
+        ("highway=primary lit=yes maxspeed=70", True, False),
+        ("highway=primary maxspeed=60", False, True),
+        ("highway=primary maxspeed=35mph", False, True),
+        ("highway=primary maxspeed=none", True, False),
+        ("highway=primary maxspeed=signals zone:traffic=DE:urban", False, True),
+        ("highway=primary zone:traffic=DE:rural", True, False),
+        # Roads for motor vehicles alone are built for speed wherever they lie.
+        ("highway=motorway maxspeed=50", True, False),
+        ("highway=motorway_link", True, False),
+        ("highway=trunk motorroad=yes maxspeed=60", True, False),
+    ],
+)
+def test_town_streets(tags: str, dense: bool, town: bool) -> None:
+    assert is_town_street(tags_of(tags), dense) is town

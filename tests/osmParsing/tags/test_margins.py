@@ -27,7 +27,7 @@ from osm2xodr.osmParsing.defaults import (
     SIDEWALK_WIDTH,
     VERGE_WIDTH,
 )
-from osm2xodr.osmParsing.file.raw import RawWay
+from osm2xodr.osmParsing.file.access import RawWay
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, seen_backwards
 from osm2xodr.osmParsing.tags.ways import turned_round, way_attributes

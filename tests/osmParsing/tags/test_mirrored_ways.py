@@ -12,7 +12,7 @@ from osm_builder import Area
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, LaneSpec, Rule, Structure
-from osm2xodr.osmParsing.file.raw import RawWay
+from osm2xodr.osmParsing.file.access import RawWay
 from osm2xodr.osmParsing.tags.access import oneway
 from osm2xodr.osmParsing.tags.cross_sections import cross_section
 from osm2xodr.osmParsing.tags.ways import turned_round, way_attributes

@@ -7,7 +7,7 @@ from osm_builder import tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule
-from osm2xodr.osmParsing.file.raw import RawWay
+from osm2xodr.osmParsing.file.access import RawWay
 from osm2xodr.osmParsing.tags.cross_sections import Kerbs, StreetFacts
 from osm2xodr.osmParsing.tags.neighbours import _WAYS_SEARCHED, lanes_of_neighbours, widths_of_neighbours
 from osm2xodr.osmParsing.tags.ways import way_attributes

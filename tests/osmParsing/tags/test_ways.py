@@ -11,7 +11,7 @@ from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule, StreetAttributes, Structure, WayCorrection
-from osm2xodr.osmParsing.file.raw import RawWay
+from osm2xodr.osmParsing.file.access import RawWay
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
 

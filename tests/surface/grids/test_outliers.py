@@ -5,7 +5,7 @@ import pytest
 
 from osm2xodr.model import BoolArray, FloatArray
 from osm2xodr.surface.grids import outliers
-from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.grid import Cells
 from osm2xodr.surface.grids.outliers import find_outliers
 
 

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 from osm2xodr.model import BoolArray, FloatArray
-from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.grid import Cells
 from osm2xodr.surface.grids.voids import fill_from_rim, fill_voids, rim_of
 
 

@@ -10,7 +10,7 @@ import rasterio
 from dem_factory import BAVARIA, in_crs, read, scatter
 
 from osm2xodr.surface.grids import raster_file as dem
-from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.grid import Cells
 
 
 @pytest.fixture

@@ -25,11 +25,10 @@ from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.space import frame_of
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, write_picture
-from osm2xodr.viewing.colours import Ramp
-from osm2xodr.viewing.modes import Categories
+from osm2xodr.viewing.colours import Categories, Ramp
 from osm2xodr.viewing.picture.contents import Picture, box_of_degrees, make_picture
+from osm2xodr.viewing.picture.details import HATCHING, Line, Polygon
 from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.picture.shapes import HATCHING, Line, Polygon
 from osm2xodr.viewing.picture.svg import draw_svg
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 

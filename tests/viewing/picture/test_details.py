@@ -18,8 +18,7 @@ from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.picture.contents import Picture, make_picture
-from osm2xodr.viewing.picture.details import mark_lines
-from osm2xodr.viewing.picture.shapes import Line, Polygon
+from osm2xodr.viewing.picture.details import Line, Polygon, mark_lines
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 # 1500 pixels for 150 m: ten per metre.

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
+from osm2xodr.osmParsing.file.access import (
+    RawNodes,
+    RawRelation,
+    RawWay,
+    all_tags,
+    close_writer,
+    forgiving,
+    handle,
+    readable,
+)
 from osm2xodr.osmParsing.file.areas import (
     AREA_TYPE,
     RawArea,
@@ -14,7 +23,6 @@ from osm2xodr.osmParsing.file.areas import (
     rings_of,
 )
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
-from osm2xodr.osmParsing.file.raw import RawNodes, RawRelation, RawWay
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
     UNITS_PER_DEGREE,
@@ -25,7 +33,6 @@ from osm2xodr.osmParsing.file.reader import (
     read_nodes,
     read_ways,
 )
-from osm2xodr.osmParsing.file.writer import close_writer
 
 __all__ = [
     "AREA_TYPE",

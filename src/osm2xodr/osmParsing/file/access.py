@@ -1,11 +1,13 @@
-"""Access to OSM files by libosmium."""
+"""Access to OSM files by libosmium, and elements as they are there."""
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import wraps
 from itertools import islice
 from typing import Any, Concatenate, Final, ParamSpec, TypeVar
@@ -13,6 +15,7 @@ from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 import osmium
 
 from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.osmParsing.file.file_format import OsmFile
 from osm2xodr.system import LimitError
 
@@ -75,3 +78,54 @@ def readable(file: OsmFile) -> Iterator[None]:
         quoted = "".join(letter if letter.isprintable() else " " for letter in str(error))
         cause = " ".join(quoted.split())[:_CAUSE_MAX].rstrip(". ") or type(error).__name__
         raise _RefusedError(file, cause) from error
+
+
+@dataclass(frozen=True, slots=True)
+class RawWay:
+    """A way as in the file; `refs` are ids of nodes, `tags` those that were asked for."""
+
+    id: int
+    refs: Sequence[int]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class RawMember:
+    """A member of a relation; `type` is ``node``, ``way`` or ``relation``."""
+
+    type: str
+    ref: int
+    role: str
+
+
+@dataclass(frozen=True, slots=True)
+class RawRelation:
+    """A relation as in the file."""
+
+    id: int
+    members: tuple[RawMember, ...]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawNodes:
+    """Nodes that are in the file, in ascending id."""
+
+    # (n,) Ids, and positions, degrees, WGS 84
+    ids: IntArray
+    lon_deg: FloatArray
+    lat_deg: FloatArray
+    tags: Mapping[int, Mapping[str, str]]  # Tags of nodes that have any, in ascending id
+
+
+def close_writer(writer: Any) -> None:
+    """Close one of osmium's writers; RuntimeError or OSError if the file is not whole.
+
+    A writer that could not be closed is kept for ever: its destructor would try again, and the exception in it would
+    abort the process (seen with pyosmium 4.3).
+    """
+    try:
+        writer.close()
+    except (RuntimeError, OSError):
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(writer))
+        raise

@@ -10,9 +10,8 @@ import numpy as np
 import osmium
 
 from osm2xodr.model import FloatArray
-from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
+from osm2xodr.osmParsing.file.access import RawNodes, all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile
-from osm2xodr.osmParsing.file.raw import RawNodes
 
 # Type of relations that are areas (OSM wiki, Relation:multipolygon).
 AREA_TYPE: Final = "multipolygon"

@@ -21,9 +21,17 @@ import osmium
 from osm2xodr import projection
 from osm2xodr.curves import repeated, sorted_unique, unique_counts
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
-from osm2xodr.osmParsing.file.access import all_tags, forgiving, handle, readable
+from osm2xodr.osmParsing.file.access import (
+    RawMember,
+    RawNodes,
+    RawRelation,
+    RawWay,
+    all_tags,
+    forgiving,
+    handle,
+    readable,
+)
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
-from osm2xodr.osmParsing.file.raw import RawMember, RawNodes, RawRelation, RawWay
 
 RELATION_TYPES: Final = (
     *("restriction", "restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle"),

@@ -1,22 +1,27 @@
 """Things and footways beside streets.
 
 `things` collects what lies within `reach` of streets; `parallel_footways` makes sidewalks and bicycle tracks of
-footways that are mapped apart, `guessed_sidewalks` adds those of streets in towns that nobody has tagged, and
-`guessed_shoulders` those of motorways, and `guessed_parking` that cars park along streets in towns.
+footways that are mapped apart, `guessed_strips` adds sidewalks of streets in towns that nobody has tagged and
+shoulders of motorways, and `guessed_parking` that cars park along streets in towns.
 """
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.roadside.built_up import crossing_densities, street_densities
-from osm2xodr.osmParsing.roadside.carriageways import street_facts
 from osm2xodr.osmParsing.roadside.guessed_parking import with_guessed_parking
-from osm2xodr.osmParsing.roadside.guessed_shoulders import with_guessed_shoulders
-from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
+from osm2xodr.osmParsing.roadside.guessed_strips import with_guessed_shoulders, with_guessed_sidewalks
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces, kerbs_along
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
-from osm2xodr.osmParsing.roadside.tags import is_thing, node_keys, street_node_tags, way_values
-from osm2xodr.osmParsing.roadside.things import kerbs_beside, read_beside, ways_beside
+from osm2xodr.osmParsing.roadside.street_facts import crossing_densities, street_densities, street_facts
+from osm2xodr.osmParsing.roadside.things import (
+    is_thing,
+    kerbs_beside,
+    node_keys,
+    read_beside,
+    street_node_tags,
+    way_values,
+    ways_beside,
+)
 
 __all__ = [
     "WayPieces",

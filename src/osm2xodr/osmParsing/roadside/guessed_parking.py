@@ -18,7 +18,7 @@ from osm2xodr.osmParsing.defaults import PARKED_ALONG, PARKING_WIDTH, SIDEWALK_W
 from osm2xodr.osmParsing.file import RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces, find_crossings, nearest_edges, segments_of, stations_near
 from osm2xodr.osmParsing.roadside.reach import sample_lines
-from osm2xodr.osmParsing.roadside.tags import is_building, is_crossing, is_footway
+from osm2xodr.osmParsing.roadside.things import is_building, is_crossing, is_footway
 from osm2xodr.osmParsing.tags import (
     BESIDE_TAGS,
     LEFT_RIGHT,

@@ -1,14 +1,15 @@
 """Where the edges of carriageways are, by the kerbs that OSM maps along them.
 
 Kerbs are lines (``barrier=kerb``) or the outlines of areas (``area:highway``). They are looked for on both sides of
-points along each way; what these say holds for the whole way, as a tag would.
+points along each way; what these say holds for the whole way, as a tag would. Ways of one street whose kerbs hardly
+differ get the same ones, so that its lanes do not shift at each of them.
 
 Lines across all streets are met with kerbs and outlines at once, in flat arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set as AbstractSet
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass
 from typing import Final
 
@@ -32,10 +33,9 @@ from osm2xodr.curves import (
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, KERB_REACH, KERB_RETURN_LENGTH, KERBS_SCATTER
 from osm2xodr.osmParsing.file import RawNodes, RawWay
-from osm2xodr.osmParsing.roadside.even_kerbs import even_out, kerbs_about
 from osm2xodr.osmParsing.roadside.reach import LineSamples, near_each_other, sample_lines
-from osm2xodr.osmParsing.roadside.tags import is_carriageway_area, is_kerb
-from osm2xodr.osmParsing.tags import Kerbs, Tags, layer_of, structure_of
+from osm2xodr.osmParsing.roadside.things import is_carriageway_area, is_kerb
+from osm2xodr.osmParsing.tags import Kerbs, Tags, ends_of_streets, layer_of, street_of, structure_of
 
 # Least number of points along a way at which kerbs are found. A choice: 20 m of street.
 _POINTS_MIN: Final = 4
@@ -57,6 +57,12 @@ _SLIT_MAX: Final = 0.3
 _PART: Final = 5.0
 # And the largest number of them: no kerb is straight for 2 km, and of a mistake that long a few parts may be missed.
 _PARTS_MAX: Final = 400
+
+# Carriageways whose widths, and whose middles, differ by no more than this, m, are one. A choice: kerbs are drawn no
+# better than to a quarter of a metre on both sides.
+SAME_CARRIAGEWAY: Final = 0.5
+# Distances and middles have so many digits, m: kerbs are drawn no better, and ways of a street become alike.
+_DIGITS: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -328,3 +334,79 @@ def covered_edges(crossings: Crossings, count: int) -> tuple[FloatArray, FloatAr
         edge = edge[along[edge]]
         out[side, station[edge]] = t[edge] + inwards * _SLIT_MAX
     return out[0], out[1]
+
+
+def kerbs_about(width: float, middle: float) -> Kerbs:
+    """Return kerbs by their distance and the t of their middle, m, rounded as they are drawn."""
+    apart, lateral = round(width, _DIGITS), round(middle, _DIGITS)
+    return Kerbs(lateral + apart / 2.0, lateral - apart / 2.0)
+
+
+def even_out(ways: Sequence[RawWay], kerbs: Mapping[int, Kerbs], lengths: FloatArray) -> dict[int, Kerbs]:
+    """Return kerbs along ways, by index, each with the means of those before and behind it that hardly differ.
+
+    `lengths` (ways,) are those of the ways, m.
+    """
+    out = dict(kerbs)
+    chosen = [way for way, item in kerbs.items() if item.apart is not None]
+    for chain in street_chains(ways, [street_of(way.tags) for way in ways], chosen):
+        first = 0
+        for last in range(1, len(chain) + 1):
+            if last < len(chain) and _alike([_seen(kerbs[way], along) for way, along in chain[first : last + 1]]):
+                continue
+            run = chain[first:last]
+            first = last
+            if len(run) > 1:
+                seen = [_seen(kerbs[way], along) for way, along in run]
+                left, right = np.average(seen, axis=0, weights=[lengths[way] for way, _ in run]).tolist()
+                for way, along in run:
+                    out[way] = kerbs_about(left - right, (left + right) / 2.0 if along else -(left + right) / 2.0)
+    return out
+
+
+def _seen(kerbs: Kerbs, along: bool) -> tuple[float, float]:
+    """Return t of both kerbs as seen along or against the way, m."""
+    assert kerbs.left is not None
+    assert kerbs.right is not None
+    return (kerbs.left, kerbs.right) if along else (-kerbs.right, -kerbs.left)
+
+
+def _alike(edges: Sequence[tuple[float, float]]) -> bool:
+    widths = [left - right for left, right in edges]
+    middles = [(left + right) / 2.0 for left, right in edges]
+    return max(max(widths) - min(widths), max(middles) - min(middles)) <= SAME_CARRIAGEWAY + 1e-9
+
+
+def street_chains(
+    ways: Sequence[RawWay], streets: Sequence[tuple[str, ...] | None], chosen: Collection[int]
+) -> Iterator[list[tuple[int, bool]]]:
+    """Yield chosen ways (by index) of one street, one behind the other, each with whether it runs along the chain.
+
+    `streets` are those of the ways, as `street_of` has them. A street continues at a node where exactly two of its
+    ways end.
+    """
+    among, done = frozenset(chosen), set[int]()
+    wanted = {streets[way] for way in among}
+    streets = [street if street in wanted else None for street in streets]
+    meeting = ends_of_streets(ways, streets)
+
+    def following(way: int, along: bool) -> tuple[int, bool] | None:
+        street = streets[way]
+        at = meeting.get((ways[way].refs[-1 if along else 0], street), []) if street is not None else []
+        others = [other for other in at if other[0] != way]
+        return others[0] if len(at) == 2 and len(others) == 1 and others[0][0] in among else None
+
+    for index in sorted(among):
+        if index in done:
+            continue
+        # To the end of the chain, and from there back.
+        start, seen = (index, False), {index}
+        while (ahead := following(*start)) is not None and ahead[0] not in seen:
+            start = ahead
+            seen.add(ahead[0])
+        chain = [(start[0], not start[1])]
+        done.add(start[0])
+        while (ahead := following(*chain[-1])) is not None and ahead[0] not in done:
+            chain.append(ahead)
+            done.add(ahead[0])
+        yield chain

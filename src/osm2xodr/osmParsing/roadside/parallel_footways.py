@@ -18,8 +18,15 @@ from osm2xodr.curves import unique_all, unique_first
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, Footway, IntArray, LaneType, MarginSpec, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import CYCLE_TRACK_WIDTH, CYCLE_TRACK_WIDTH_BOTH, FOOTWAY_BESIDE, SIDEWALK_WIDTH
-from osm2xodr.osmParsing.roadside.footway_cuts import cut_where_footways_end, join_like_pieces
-from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered, match_footways
+from osm2xodr.osmParsing.roadside.footway_matches import (
+    LEFT,
+    RIGHT,
+    FootwayMatches,
+    covered,
+    cut_where_footways_end,
+    join_like_pieces,
+    match_footways,
+)
 from osm2xodr.osmParsing.roadside.reach import StreetSamples
 from osm2xodr.osmParsing.tags import LEFT_RIGHT, NO, kerb_height, parse_length, sides_of
 

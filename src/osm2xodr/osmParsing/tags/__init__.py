@@ -7,26 +7,39 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, is_roundabout, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, near_side
-from osm2xodr.osmParsing.tags.built_up import in_town, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
-from osm2xodr.osmParsing.tags.legal_speeds import limit_words, with_urban_speeds
-from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_shoulders, tells_of_sidewalks
+from osm2xodr.osmParsing.tags.legal_speeds import in_town, is_town_street, limit_words, with_urban_speeds
+from osm2xodr.osmParsing.tags.margins import (
+    PARKING_TAGS,
+    kerb_height,
+    read_parking,
+    tells_of_shoulders,
+    tells_of_sidewalks,
+)
 from osm2xodr.osmParsing.tags.neighbours import ends_of_streets, street_of
 from osm2xodr.osmParsing.tags.node_facts import (
+    SIGN_KEYS,
     node_heights,
     parse_ele,
     read_node_facts,
     read_thing_facts,
     turning_circles,
+    with_speed_zones,
 )
-from osm2xodr.osmParsing.tags.parking import PARKING_TAGS, read_parking
 from osm2xodr.osmParsing.tags.placement import is_transition
-from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
-from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
-from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
-from osm2xodr.osmParsing.tags.values import Tags, parse_count, parse_layer, parse_length, parse_speed
+from osm2xodr.osmParsing.tags.values import (
+    LEFT_RIGHT,
+    NO,
+    Tags,
+    parse_count,
+    parse_layer,
+    parse_length,
+    parse_speed,
+    sides_of,
+)
+from osm2xodr.osmParsing.tags.way_facts import layer_of, structure_of
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
 __all__ = [

@@ -1,23 +1,43 @@
-"""Bicycle and bus lanes given by tags of the whole way: ``cycleway``, ``busway``, ``lanes:psv``.
+"""Bicycle and bus lanes, and bicycle tracks, given by tags of the whole way: ``cycleway``, ``busway``, ``lanes:psv``.
 
 ``lanes`` counts bus lanes but not bicycle lanes of the carriageway (OSM wiki, Key:lanes). Where lists give either
-lane by lane (``bicycle:lanes``, ``bus:lanes``), the lists decide and nothing is added. Bicycle tracks apart from the
-carriageway are in `cycle_tracks`.
+lane by lane (``bicycle:lanes``, ``bus:lanes``), the lists decide and nothing is added. Tracks mapped as ways of their
+own (``separate``) are handled in `osm2xodr.osmParsing.roadside`.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
-from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
+from osm2xodr.osmParsing.defaults import (
+    CYCLE_TRACK_GAP,
+    CYCLE_TRACK_GAP_PARKING,
+    CYCLE_TRACK_WIDTH,
+    CYCLE_TRACK_WIDTH_BOTH,
+    LANES_PLAUSIBLE_MAX,
+    MARGIN_WIDTH_MAX,
+    TAGGED_LANE_WIDTH_MAX,
+    TAGGED_LANE_WIDTH_MIN,
+)
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes
-from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
-from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width, parse_count
+from osm2xodr.osmParsing.tags.values import (
+    LEFT_RIGHT,
+    SIDE_KEYS,
+    Findings,
+    Tags,
+    add_once,
+    first_width,
+    keys_of_sides,
+    names_of_side,
+    parse_count,
+    parse_length,
+    width_of_side,
+)
 
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
@@ -37,9 +57,33 @@ _FAR_SIDE: Final = frozenset({"opposite_lane", "opposite_track"})
 _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
 REVERSE: Final = frozenset({"-1", "reverse"})
 _BOTH: Final = (Direction.FORWARD, Direction.BACKWARD)
-_CODE: Final = "cycle-lane"
+_LANE_CODE: Final = "cycle-lane"
 # A bicycle lane: its side of the way, its direction along it, its width where OSM gives it, m.
 _CycleLane = tuple[str, Direction, float | None]
+
+_SEPARATION: Final = tuple(f":{what}{side}" for what in ("separation", "buffer") for side in SIDE_KEYS)
+# In addition to those of `beside_lanes`.
+TRACK_TAGS: Final = keys_of_sides("cycleway", *_SEPARATION)
+
+_TRACK: Final = "track"
+_OPPOSITE: Final = "opposite_track"
+# OSM wiki, Key:cycleway: all values in use, most of which mean no track.
+_KNOWN: Final = frozenset(
+    {
+        *("no", "none", "yes", "separate", "lane", "track", "opposite", "opposite_lane", "opposite_track"),
+        *("shared_lane", "shared", "share_busway", "opposite_share_busway", "share_sidewalk", "buffered_lane"),
+        *("soft_lane", "shoulder", "sidepath", "sidewalk", "crossing", "link", "asl", "use_sidepath", "advisory"),
+        *("exclusive", "shared_track", "traffic_island", "both", "unmarked_lane"),
+    }
+)
+# Separations that stand on the carriageway, so that the track is level with it (OSM wiki, Key:separation).
+_ON_CARRIAGEWAY: Final = frozenset(
+    {
+        *("bollard", "flex_post", "vertical_panel", "bump", "planter", "jersey_barrier", "parking_lane", "studs"),
+        *("solid_line", "dashed_line", "double_line", "fence", "railing", "cone", "car_parking", "structure"),
+    }
+)
+_TRACK_CODE: Final = "cycle-track"
 
 
 def with_beside_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule, findings: Findings) -> LaneGroups:
@@ -74,7 +118,7 @@ def _cycle_lane(tags: Tags, side: str, direction: int, rule: Rule, findings: Fin
     if value not in _LANES | _AGAINST and not (value is None and marked in _MARKED):
         return None
     keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
-    width = first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
+    width = first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _LANE_CODE, "a lane", findings)
     far = own == -direction
     if direction and (value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES)):
         return side, Direction(-direction), width
@@ -102,7 +146,7 @@ def _along(tags: Tags, side: str, usual: Direction, findings: Findings) -> Direc
     """Return the direction of a bicycle lane; `usual` unless a tag says otherwise."""
     text = next((tags[f"{name}:oneway"] for name in names_of_side("cycleway", side) if f"{name}:oneway" in tags), "")
     if text in NO_VALUES:
-        findings.append((Kind.REPAIRED, _CODE, "a bicycle lane for both directions is written with one"))
+        findings.append((Kind.REPAIRED, _LANE_CODE, "a bicycle lane for both directions is written with one"))
     # ``yes`` only says that it has one direction.
     return Direction.BACKWARD if text in REVERSE else usual
 
@@ -117,7 +161,7 @@ def _with_cycle_lane(
         # OpenDRIVE has no place for it beyond the lanes of the other direction.
         runs, outer = Direction(-runs), True
         words = "a bicycle lane against the traffic beside it is written as running with it"
-        findings.append((Kind.REPAIRED, _CODE, words))
+        findings.append((Kind.REPAIRED, _LANE_CODE, words))
     slots = groups.of(runs)
     at_end = outer == (rule is Rule.RIGHT_HAND)
     edge = slots[-1 if at_end else 0] if slots else None
@@ -204,3 +248,95 @@ def contraflow_bus_lane(tags: Tags, direction: int) -> bool:
     against = SIDES[-direction]
     against_traffic = any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS)
     return against_traffic or any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A bicycle track on one side of a way."""
+
+    runs: Direction  # Its direction along the way
+    width: float  # m
+    gap: float  # Width of the strip between the carriageway and the track, m
+    gap_beyond: float  # Width of the strip on its outer side, m; 0 where none is tagged
+    raised: bool  # Whether it lies behind a kerb
+    width_given: bool  # Whether OSM gives `width`
+    gap_given: bool  # Whether OSM gives `gap`
+
+
+def report_unknown_cycleways(tags: Tags, findings: Findings) -> None:
+    """Report values of ``cycleway`` that are not known."""
+    for key in SIDE_KEYS:
+        value = tags.get(f"cycleway{key}")
+        if value is not None and value not in _KNOWN:
+            findings.append((Kind.DROPPED, _TRACK_CODE, f"cycleway{key}={value} is not known and is ignored"))
+
+
+def read_track(tags: Tags, side: str, direction: int, rule: Rule, parking: bool, findings: Findings) -> Track | None:
+    """Return the bicycle track on a side (``left`` or ``right``) of a way; None if there is none.
+
+    `direction` is 1 or -1 if the way is one-way for cars along or against its order of nodes, else 0; `parking` says
+    that cars park between the carriageway's lanes and the track.
+    """
+    own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
+    value, key = side_value(tags, "cycleway", side, direction, own)
+    if value not in (_TRACK, _OPPOSITE):
+        return None
+    if value == _OPPOSITE and not direction:
+        add_once(findings, Kind.DROPPED, _TRACK_CODE, f"{key}={value} on a two-way road is ignored")
+        return None
+    runs = _runs(tags, side, direction, own, value, key)
+    width_keys = [name for end in (":width", ":est_width") for name in names_of_side("cycleway", side, end)]
+    width = width_of_side(tags, width_keys, _TRACK_CODE, findings)
+    # ``separation`` and ``buffer`` name sides as cyclists see them.
+    seen_forward = (runs or own) is Direction.FORWARD
+    far = LEFT_RIGHT[side == LEFT_RIGHT[0]]
+    inner, outer = (far, side) if seen_forward else (side, far)
+    gap = _gap(tags, side, (f":{inner}", ":both", ""), findings)
+    beyond = _gap(tags, side, (f":{outer}", ":both"), findings)
+    usual = CYCLE_TRACK_WIDTH_BOTH if runs is Direction.BOTH else CYCLE_TRACK_WIDTH
+    return Track(
+        runs=runs,
+        width=width or usual,
+        gap=(CYCLE_TRACK_GAP_PARKING if parking else CYCLE_TRACK_GAP) if gap is None else gap,
+        gap_beyond=beyond or 0.0,
+        raised=not _level(tags, side, inner),
+        width_given=width is not None,
+        gap_given=gap is not None,
+    )
+
+
+def _runs(tags: Tags, side: str, direction: int, own: Direction, value: str, key: str) -> Direction:
+    text = next((tags[name] for name in names_of_side("cycleway", side, ":oneway") if name in tags), "")
+    if text in NO_VALUES:
+        return Direction.BOTH
+    if text in REVERSE:
+        return Direction.BACKWARD
+    if not direction:
+        return own
+    far = own == -direction
+    against = value == _OPPOSITE or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES)
+    return Direction(-direction if against else direction)
+
+
+def _gap(tags: Tags, side: str, ends: tuple[str, ...], findings: Findings) -> float | None:
+    """Return the width of the buffer on one side of a track, m; None if it is not tagged."""
+    for name in names_of_side("cycleway", side, ":buffer"):
+        for end in ends:
+            text = tags.get(f"{name}{end}")
+            if text is None or text == "yes":
+                continue
+            width = 0.0 if text in NO_VALUES else parse_length(text)
+            if width is not None and width <= MARGIN_WIDTH_MAX:
+                return width
+            findings.append(
+                (Kind.DROPPED, _TRACK_CODE, f"{name}{end}={text} is not the width of a strip and is ignored")
+            )
+    return None
+
+
+def _level(tags: Tags, side: str, inner: str) -> bool:
+    """Whether a track is level with the carriageway, only separated by something that stands there."""
+    separations = names_of_side("cycleway", side, ":separation")
+    names = (f"{name}{end}" for name in separations for end in (f":{inner}", ":both", ""))
+    parts = {part.strip() for part in next((tags[name] for name in names if name in tags), "").split(";")}
+    return bool(parts & _ON_CARRIAGEWAY) and "kerb" not in parts

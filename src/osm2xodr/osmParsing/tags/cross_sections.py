@@ -38,13 +38,13 @@ from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LA
 from osm2xodr.osmParsing.tags.margins import (
     MARGIN_TAGS,
     NOTHING,
+    PARKING_TAGS,
     Margins,
     read_margins,
     with_free_room,
     with_parking,
     with_rest,
 )
-from osm2xodr.osmParsing.tags.parking import PARKING_TAGS
 from osm2xodr.osmParsing.tags.placement import PLACEMENT_TAGS, placed_middle
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 

@@ -1,8 +1,9 @@
-"""Untagged speed limits: what the law says for the kind of road, or for the built-up area around it."""
+"""Untagged speed limits: what the law says for the kind of road, or for the built-up area that a way lies in."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -10,7 +11,8 @@ from typing import Final
 from osm2xodr.conventions import SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneType, Street, StreetAttributes
-from osm2xodr.osmParsing.tags.values import Tags
+from osm2xodr.osmParsing.defaults import TOWN_SPEED_MAX_KMH
+from osm2xodr.osmParsing.tags.values import Tags, parse_speed
 
 # Tags that show a built-up area: street lamps and sidewalks.
 _SIDEWALK_TAGS: Final = ("sidewalk", "sidewalk:both", "sidewalk:left", "sidewalk:right")
@@ -28,6 +30,12 @@ _BY_CLASS: Final[Mapping[str, tuple[str, ...]]] = {
 _MAY_BE_URBAN: Final = frozenset(
     f"{name}{link}" for name in ("primary", "secondary", "tertiary") for link in ("", "_link")
 ) | {"unclassified", "road", "busway"}
+
+# Tags whose values, such as ``DE:urban``, say where a way is, the surest first (OSM wiki, Key:source:maxspeed).
+_PLACE_TAGS: Final = ("zone:traffic", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "maxspeed")
+_URBAN: Final = re.compile(r"[A-Z-]+:\s*(urban|nsl_restricted|(zone:?)?\d+$|living_street)|zone", re.IGNORECASE)
+_RURAL: Final = re.compile(r"[A-Z-]+:\s*(rural|trunk|motorway|motorroad|nsl_single|nsl_dual)", re.IGNORECASE)
+BUILT_UP_TAGS: Final = (*_PLACE_TAGS, *EVIDENCE_TAGS, "motorroad")
 
 
 def legal_speed(tags: Tags, country: Country) -> float | None:
@@ -119,3 +127,24 @@ def is_built_up(tags: Tags) -> bool:
     """Whether a way has street lamps or a sidewalk."""
     has_sidewalk = any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
     return has_sidewalk or tags.get("lit", "no") not in _UNLIT
+
+
+def in_town(tags: Tags, dense: bool) -> bool:
+    """Whether a way lies in a built-up area: as tagged, else where there are lamps, sidewalks or dwellings.
+
+    `dense` says whether residential streets lie densely around it.
+    """
+    for key in _PLACE_TAGS:
+        if key in tags and (_URBAN.match(tags[key]) or _RURAL.match(tags[key])):
+            return bool(_URBAN.match(tags[key]))
+    if tags.get("motorroad") == "yes":
+        return False
+    return is_built_up(tags) or dense
+
+
+def is_town_street(tags: Tags, dense: bool) -> bool:
+    """Whether a way has the lanes of a street in town: by its limit, else by where it lies."""
+    if tags["highway"].startswith("motorway") or tags.get("motorroad") == "yes":
+        return False
+    speed = parse_speed(tags.get("maxspeed", ""))
+    return in_town(tags, dense) if speed is None else speed <= TOWN_SPEED_MAX_KMH / 3.6

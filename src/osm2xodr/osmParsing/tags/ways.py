@@ -14,7 +14,6 @@ from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, WayCorre
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS
-from osm2xodr.osmParsing.tags.built_up import BUILT_UP_TAGS, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import (
     NO_FACTS,
     SECTION_TAGS,
@@ -24,19 +23,23 @@ from osm2xodr.osmParsing.tags.cross_sections import (
 )
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import DIRECTIONS, LIST_TAGS
-from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
+from osm2xodr.osmParsing.tags.legal_speeds import BUILT_UP_TAGS, is_town_street, legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours, widths_of_neighbours
-from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, max_height, structure_of, structure_tags
 from osm2xodr.osmParsing.tags.values import Findings, Tags, lowest_speed, parse_grade, parse_speed
-from osm2xodr.osmParsing.tags.way_marks import (
+from osm2xodr.osmParsing.tags.way_facts import (
     MARK_TAGS,
+    STRUCTURE_TAGS,
     has_tram,
     lanes_marked,
+    layer_of,
+    max_height,
     no_overtaking,
     opposite_directions,
     reversed_divider,
     speed_is_signed,
+    structure_of,
+    structure_tags,
 )
 
 # Kinds of roads whose limit does not depend on the zone around them.

@@ -1,15 +1,15 @@
 """One elevation model: its file, its cells, and its quality.
 
-`raster_file` reads it (`archive`, `labels`, `vrt` and `vertical_crs` help), `grid` and `interpolation` find heights
-in it, `noise`, `outliers` and `surface_type` judge it, `voids` and `trend` fill it.
+`raster_file` reads it (`archive`, `labels`, `vrt` and `vertical_crs` help), `grid` finds heights in it, `quality` and
+`outliers` judge it, `voids` and `trend` fill it.
 """
 
 from __future__ import annotations
 
 from osm2xodr.surface.grids.archive import rasters_in
-from osm2xodr.surface.grids.grid import GridFrame
-from osm2xodr.surface.grids.interpolation import (
+from osm2xodr.surface.grids.grid import (
     Cells,
+    GridFrame,
     Interpolator,
     all_corners,
     empty_cells,
@@ -17,10 +17,9 @@ from osm2xodr.surface.grids.interpolation import (
     nearest_known,
 )
 from osm2xodr.surface.grids.labels import Unstated, unstated
-from osm2xodr.surface.grids.noise import estimate_sigma, quantum_of, usual_sigma
 from osm2xodr.surface.grids.outliers import find_outliers
+from osm2xodr.surface.grids.quality import estimate_sigma, looks_covered, quantum_of, usual_sigma
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
-from osm2xodr.surface.grids.surface_type import looks_covered
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
 from osm2xodr.surface.grids.vertical_crs import FOOT, convert_heights, parse_datum
 from osm2xodr.surface.grids.voids import fill_voids, rim_of

@@ -8,8 +8,8 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.model import BoolArray, IntArray
-from osm2xodr.surface.grids.interpolation import Cells, Indices, empty_cells
-from osm2xodr.surface.grids.noise import MAD_TO_SIGMA, usual_sigma
+from osm2xodr.surface.grids.grid import Cells, Indices, empty_cells
+from osm2xodr.surface.grids.quality import MAD_TO_SIGMA, usual_sigma
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
 from osm2xodr.surface.grids.voids import rim_of
 

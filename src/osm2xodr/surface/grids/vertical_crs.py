@@ -21,8 +21,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.projection import offline
-from osm2xodr.surface.grids.grid import GridFrame
-from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.grid import Cells, GridFrame
 from osm2xodr.surface.grids.voids import interpolate_lattice
 
 # Spacing of the points at which the difference between two vertical datums is computed, m: geoids are smoother.

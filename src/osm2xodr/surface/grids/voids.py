@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.grid import Cells
 
 Below = Callable[[FloatArray, FloatArray], FloatArray]
 

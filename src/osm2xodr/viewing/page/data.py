@@ -17,16 +17,11 @@ from osm2xodr.furniture_shapes import Structures, mark_pattern, structures_of
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
-from osm2xodr.viewing.credits import credits_of
-from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
-from osm2xodr.viewing.page.bodies import Bodies
-from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
-from osm2xodr.viewing.page.ground import Terrain
+from osm2xodr.viewing.colours import Categories, Mode, lane_speeds, lane_types, strip_classes
+from osm2xodr.viewing.page.accuracy import LEAST_MATCH, Terrain, WayCover, WayOnRoad
 from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
-from osm2xodr.viewing.page.things import Objects, drawing_rules, objects_of, signal_info
-from osm2xodr.viewing.scene import Scene, junction_places
-from osm2xodr.viewing.strips import border_marks
-from osm2xodr.viewing.unmeasured import unmeasured
+from osm2xodr.viewing.page.things import Bodies, Objects, drawing_rules, objects_of, signal_info
+from osm2xodr.viewing.scene import Scene, border_marks, credits_of, junction_places, unmeasured
 
 # Units of the arrays: m, rad, rise per metre, km/h.
 _CENTIMETRE: Final = 0.01

@@ -20,17 +20,15 @@ from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
 from osm2xodr.system import advance, release_memory, stage, stream_to
-from osm2xodr.viewing.modes import lane_types, make_modes
+from osm2xodr.viewing.colours import lane_types, make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
-from osm2xodr.viewing.page.bodies import bodies_of
-from osm2xodr.viewing.page.coverage import compare_with_osm
+from osm2xodr.viewing.page.accuracy import compare_with_osm, read_ground
 from osm2xodr.viewing.page.data import Subject, make_subject, origin_of, page_arrays, page_info
-from osm2xodr.viewing.page.ground import read_ground
 from osm2xodr.viewing.page.packing import pack_arrays
+from osm2xodr.viewing.page.things import bodies_of
+from osm2xodr.viewing.scene import make_scene, unmeasured_share
 from osm2xodr.viewing.shell import filled, package_text, page_html
-from osm2xodr.viewing.strips import make_scene
-from osm2xodr.viewing.unmeasured import unmeasured_share
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult

@@ -13,9 +13,9 @@ from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import FloatArray
 from osm2xodr.reporting import codes
-from osm2xodr.viewing.modes import strip_classes
+from osm2xodr.viewing.colours import strip_classes
+from osm2xodr.viewing.page.accuracy import height_errors, worst_stations
 from osm2xodr.viewing.page.data import Subject, on_structure, origin_of
-from osm2xodr.viewing.page.ground import height_errors, worst_stations
 from osm2xodr.viewing.page.packing import rounded
 
 if TYPE_CHECKING:

@@ -19,16 +19,10 @@ from osm2xodr.furniture_shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM, 
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
 from osm2xodr.system import advance, stage
-from osm2xodr.viewing.colours import Ramp, nice_step
-from osm2xodr.viewing.credits import credits_of
-from osm2xodr.viewing.modes import Categories, Mode, drawn_types, lane_speeds, make_modes
+from osm2xodr.viewing.colours import Categories, Mode, Ramp, drawn_types, lane_speeds, make_modes, nice_step
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
-from osm2xodr.viewing.picture.levels import Parts
-from osm2xodr.viewing.picture.shapes import HATCHING, Line, Polygon, Shape
-from osm2xodr.viewing.scene import Scene
-from osm2xodr.viewing.strips import border_marks, make_scene
-from osm2xodr.viewing.unmeasured import unmeasured
+from osm2xodr.viewing.picture.details import HATCHING, Line, Parts, Polygon, Shape, furniture_shapes, mark_lines
+from osm2xodr.viewing.scene import Scene, border_marks, credits_of, make_scene, unmeasured
 
 # Height of the legend's band below the map as a share of the width, and its least height, pixels.
 _BAND: Final = 0.045

@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.furniture_shapes import DECAL_COLOUR
-from osm2xodr.viewing.colours import Ramp
-from osm2xodr.viewing.modes import Categories
+from osm2xodr.viewing.colours import Categories, Ramp
 from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture
-from osm2xodr.viewing.picture.shapes import HATCHING, INK, PAPER, SOFT, Polygon
+from osm2xodr.viewing.picture.details import HATCHING, INK, PAPER, SOFT, Polygon
 
 # Width of a letter as a share of its size: rather too wide, so that texts do not overlap.
 _LETTER: Final = 0.6

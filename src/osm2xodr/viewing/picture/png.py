@@ -16,8 +16,8 @@ from PIL import Image, ImageDraw, ImageFont
 from osm2xodr.model import FloatArray
 from osm2xodr.viewing.colours import Pixels
 from osm2xodr.viewing.picture.contents import Picture
+from osm2xodr.viewing.picture.details import PAPER, Polygon, Shape
 from osm2xodr.viewing.picture.legend import Text, legend
-from osm2xodr.viewing.picture.shapes import PAPER, Polygon, Shape
 
 # Samples per pixel in either direction, fewer where there would be more samples in all than the second (450 MB).
 _SAMPLES: Final = 3

@@ -9,8 +9,8 @@ from typing import Final
 
 from osm2xodr.model import FloatArray
 from osm2xodr.viewing.picture.contents import Picture
+from osm2xodr.viewing.picture.details import PAPER, Polygon
 from osm2xodr.viewing.picture.legend import Text, legend
-from osm2xodr.viewing.picture.shapes import PAPER, Polygon
 
 # Points farther away than this many times the width and height are moved there: viewers fail on huge numbers.
 _REACH: Final = 20

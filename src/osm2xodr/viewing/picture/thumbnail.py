@@ -15,8 +15,8 @@ import numpy as np
 from osm2xodr.curves import starts
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.viewing.picture.details import INK, SOFT, Line
 from osm2xodr.viewing.picture.png import shapes_as_png
-from osm2xodr.viewing.picture.shapes import INK, SOFT, Line
 
 # Width and height, pixels, and the share of them that is margin on each side.
 _SIDE: Final = 80

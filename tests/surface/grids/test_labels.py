@@ -9,7 +9,7 @@ from dem_factory import BAVARIA, around, centres, read, scatter, to_local, write
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.surface import DEM_ENCODINGS
-from osm2xodr.surface.grids.colours import ENCODINGS
+from osm2xodr.surface.grids.labels import ENCODINGS
 
 UTM = "EPSG:32632"
 

@@ -7,7 +7,7 @@ import pytest
 
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.roadside import WayPieces
-from osm2xodr.osmParsing.roadside.built_up import crossing_densities, street_densities
+from osm2xodr.osmParsing.roadside.street_facts import crossing_densities, street_densities
 
 
 def density(dwellings: str, distance: float) -> list[float]:

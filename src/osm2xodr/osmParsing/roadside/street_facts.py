@@ -1,8 +1,10 @@
-"""What kerbs and the same street before and behind tell of the carriageways of ways.
+"""What the surroundings of ways tell of them: the carriageway, by kerbs and ways before and behind; built-up areas.
 
 Where nobody parks for some metres on a street with cars parked along it, its kerb and its lanes run straight on.
 Before junctions, at crossings and bus stops mappers cut a street where parking pauses. The carriageway is as wide
 there as before and behind, so the lanes must not take the room of the parked cars.
+
+How densely streets lie around a way, and people cross it, marks a built-up area where no tag says so.
 """
 
 from __future__ import annotations
@@ -12,11 +14,14 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
+import numpy as np
+
+from osm2xodr.curves import unique_inverse, unique_rows
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.osmParsing.defaults import PARKING_PAUSE_MAX
 from osm2xodr.osmParsing.file import RawWay
-from osm2xodr.osmParsing.roadside.even_kerbs import SAME_CARRIAGEWAY
-from osm2xodr.osmParsing.roadside.kerbs import WayPieces
-from osm2xodr.osmParsing.roadside.street_chains import street_chains
+from osm2xodr.osmParsing.roadside.kerbs import SAME_CARRIAGEWAY, WayPieces, street_chains
+from osm2xodr.osmParsing.roadside.reach import sample_lines
 from osm2xodr.osmParsing.tags import (
     BESIDE_TAGS,
     COUNT_TAGS,
@@ -37,6 +42,18 @@ _LISTS: Final = frozenset((*LIST_TAGS, *TURN_TAGS))
 _DETAILS: Final = ("width", ":lane", ":oneway")
 _NO_LANE: Final = frozenset({"no", "none", "separate", "track"})
 _SIDES: Final = frozenset({"left", "right", "forward", "backward"})
+
+# Streets with houses, by OSM's highway value (OSM wiki, Key:highway).
+_RESIDENTIAL: Final = frozenset({"residential", "living_street"})
+# And what makes the grid of a town with them; primary roads and faster ones have several carriageways in the country.
+_STREETS: Final = _RESIDENTIAL | {"unclassified", "tertiary", "secondary"}
+# Distance of the points at which it is measured, m: a quarter of a cell.
+_SPACING: Final = 25.0
+# Side of the cells, m; a place is judged by three by three of them, 9 ha: about a block on each side. A choice.
+_CELL: Final = 100.0
+_WINDOW_HA: Final = (3.0 * _CELL) ** 2 / 1e4
+# Rows of cells between numbers of columns: more than any area has.
+_ROW: Final = 2**31
 
 
 def street_facts(ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, Kerbs]) -> dict[int, StreetFacts]:
@@ -119,3 +136,46 @@ def _goes_on(item: _Stretch, other: _Stretch) -> bool:
     """Whether the carriageway of a way is that of another one, as far as its tags and kerbs tell."""
     apart = abs(item.width - other.width) if item.width is not None and other.width is not None else 0.0
     return item.lanes == other.lanes and apart <= SAME_CARRIAGEWAY
+
+
+def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highways: Sequence[str]) -> FloatArray:
+    """Return the mean density of residential streets, and of all streets, around each way (2, ways), m per hectare.
+
+    `points` (n, 2) are the nodes of all pieces of ways, piece after piece, m; `counts` (m,) the number of nodes and
+    `ways` (m,) the way of each piece, `highways` the class of each way.
+    """
+    lines = sample_lines(points, counts, _SPACING)
+    way = np.repeat(ways, counts)[lines.node]
+    column, row = np.floor(lines.points / _CELL).astype(np.int64).T
+    cell = column * _ROW + row
+    cells, index = unique_inverse(cell)
+    counted = np.array([[highway in kinds for highway in highways] for kinds in (_RESIDENTIAL, _STREETS)], np.bool_)
+    metres = np.array([np.bincount(index, lines.length * some[way], len(cells)) for some in counted])
+    around = np.zeros((2, len(cells)))
+    for right in (-1, 0, 1):
+        for up in (-1, 0, 1):
+            beside = cells + right * _ROW + up
+            at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
+            around += np.where(cells[at] == beside, metres[:, at], 0.0)
+    total = np.array([np.bincount(way, lines.length * near[index], len(highways)) for near in around])
+    length = np.bincount(way, lines.length, len(highways))
+    density: FloatArray = total / np.maximum(length, 1e-9) / _WINDOW_HA
+    return density
+
+
+def crossing_densities(
+    pieces: WayPieces, ways: int, node_ids: IntArray, tags: Mapping[int, Mapping[str, str]]
+) -> FloatArray:
+    """Return how many places each of so many ways has at which people cross, (ways,), per m.
+
+    `node_ids` are those of the numbers of `pieces`; `tags` are those of nodes by id.
+    """
+    crossed = [
+        node for node, item in tags.items() if item.get("highway") == "crossing" and item.get("crossing") != "no"
+    ]
+    on_way = np.isin(node_ids[pieces.node], np.array(crossed, np.int64))
+    way = np.repeat(pieces.way, pieces.count)[on_way]
+    # Once, where two pieces of a way share the node.
+    pairs = unique_rows(np.column_stack([way, pieces.node[on_way]])).values
+    density: FloatArray = np.bincount(pairs[:, 0], minlength=ways) / np.maximum(pieces.way_lengths(ways), 1e-9)
+    return density
