@@ -1,4 +1,7 @@
-"""The command `check` as users meet it: exit status and what is written where."""
+"""The command `check` as users meet it: exit status and what is written where.
+
+Diagnostics and rules are explained on the command line.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,9 @@ from real_readers import need
 from t_junction import sound_map
 
 from osm2xodr import checking
+from osm2xodr.checking import RULES
 from osm2xodr.cli import check as cli_check, main
+from osm2xodr.reporting import codes
 
 
 @pytest.fixture
@@ -166,3 +171,39 @@ def test_the_command_for_sumo_is_said(
     # Who did not ask for SUMO is not told.
     main(["check", str(sound)])
     assert capsys.readouterr().err == ""
+
+
+def test_a_diagnostic(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "Area"]) == 0
+    assert capsys.readouterr().out == (
+        "area (diagnostic of convert: dropped)\n"
+        "  A way with area=yes is a surface such as a square, which has no line to follow.\n"
+        "  What to do: Nothing, unless traffic crosses it: then map the way that vehicles take as a line.\n"
+    )
+
+
+def test_a_rule(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "overlap"]) == 0
+    head, *rest = capsys.readouterr().out.splitlines()
+    assert head == "overlap (rule of check: warning)"
+    assert rest[0] == f"  {RULES['overlap'].meaning}"
+    assert rest[1].startswith("  Who is affected: carla, esmini: ")
+
+
+def test_all_of_them_can_be_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", *codes(), *RULES]) == 0
+    said = capsys.readouterr().out
+    heads = [line for line in said.splitlines() if line and not line.startswith(" ")]
+    assert len(heads) >= len(codes()) + len(RULES)
+
+
+def test_an_unknown_code_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "clearence"]) == 2
+    assert "'clearence' is no diagnostic and no rule of check; do you mean clearance?" in capsys.readouterr().err
+
+
+def test_rules_can_be_listed_without_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--list-rules"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(RULES)
+    assert lines[0].split(maxsplit=2)[1:] == ["error", RULES[lines[0].split()[0]].meaning]

@@ -18,8 +18,7 @@ from web_server import PAGE, Reply, WebServer, web_server, write_certificate
 
 from osm2xodr.errors import OptionError
 from osm2xodr.fetching import Network, ServerError
-from osm2xodr.fetching.addresses import check_address, shown
-from osm2xodr.fetching.connection import Connection
+from osm2xodr.fetching.connection import Connection, check_address, shown
 
 
 @dataclass

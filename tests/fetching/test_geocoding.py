@@ -13,7 +13,7 @@ from web_server import PAGE, Reply, WebServer, web_server
 from osm2xodr.errors import InputError
 from osm2xodr.fetching import FetchOptions, Network, Place, ServerError
 from osm2xodr.fetching.connection import Connection
-from osm2xodr.fetching.geocoding import find_place
+from osm2xodr.fetching.place import find_place
 
 SEARCH = "/search"
 ORDINO: dict[str, Any] = {

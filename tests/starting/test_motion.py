@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.starting.lanes import Path
-from osm2xodr.starting.motion import Light, plan_motion
+from osm2xodr.starting.motion import Light, Path, plan_motion
 
 
 def straight(length: float, limit: float) -> Path:

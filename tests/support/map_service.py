@@ -14,7 +14,7 @@ from overpass_ql import Box, MapData, box_of
 from rasterio import Affine
 from web_server import Reply, Request, WebServer
 
-from osm2xodr.fetching.queries import area_query
+from osm2xodr.fetching.overpass import area_query
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"

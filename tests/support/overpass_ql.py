@@ -1,4 +1,4 @@
-"""As much of the Overpass API's query language as `osm2xodr.fetching.queries` uses, for a map in memory.
+"""As much of the Overpass API's query language as `osm2xodr.fetching.overpass` uses, for a map in memory.
 
 Statements are as the OSM wiki has them (Overpass API/Overpass QL): sets, unions, differences, filters by tags, by a
 box and by membership, and output as ``meta``, ``skel`` and ``count``. Anything else is an error.

@@ -5,9 +5,8 @@ from __future__ import annotations
 from osm2xodr.checking.checker import CheckOptions, CheckResult, check_drive, check_file
 from osm2xodr.checking.checks import lane_index
 from osm2xodr.checking.driving import Driving, contacts_of, driving_of
-from osm2xodr.checking.findings import Count, Finding
+from osm2xodr.checking.findings import DEFAULT_READERS, READERS, RULES, Count, Finding, Rule, Severity
 from osm2xodr.checking.formats import FORMATS
-from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Rule, Severity
 
 __all__ = [
     "DEFAULT_READERS",

@@ -14,8 +14,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.checking.checks import Violation, check_tables, schema_violations
-from osm2xodr.checking.findings import Count, Finding, Findings
-from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Severity
+from osm2xodr.checking.findings import DEFAULT_READERS, READERS, RULES, Count, Finding, Findings, Severity
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr

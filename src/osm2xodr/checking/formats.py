@@ -14,8 +14,7 @@ from xml.etree import ElementTree
 
 from osm2xodr import __version__
 from osm2xodr.checking.checker import CheckResult, place
-from osm2xodr.checking.findings import Finding
-from osm2xodr.checking.rules import RULES, Severity
+from osm2xodr.checking.findings import RULES, Finding, Severity
 from osm2xodr.diagnostics import counted
 
 # XML 1.0, production 2.

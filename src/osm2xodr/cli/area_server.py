@@ -63,7 +63,7 @@ _PRELOADED: Final = (
     "osm2xodr.furniture.objects",
     "osm2xodr.furniture.signs",
     "osm2xodr.xodrWriter.document",
-    "osm2xodr.xodrWriter.programmes_text",
+    "osm2xodr.xodrWriter.furniture_text",
     "configparser",
     "pyproj",
     "rasterio.windows",

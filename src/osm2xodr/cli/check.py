@@ -1,9 +1,12 @@
-"""The command ``check``: finds defects of an OpenDRIVE file, and the readers that they concern."""
+"""The commands ``check``, which finds defects of an OpenDRIVE file, and ``explain``, which says what they mean."""
 
 from __future__ import annotations
 
+import difflib
 import shlex
 import sys
+import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,7 @@ from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stream_to
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
+
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
 # for --help; a test holds them equal.
@@ -30,6 +34,19 @@ STANDARD_ONLY = "standard"
 CLEAN, FINDINGS = 0, 1
 # What share of the time each stage takes, s for a file of 200 MB.
 _PLAN = (("reading", 23.0), ("checking the schema", 6.0), ("checking roads", 19.0))
+
+# Width of the text, characters.
+_WIDTH = 100
+
+
+def _list_rules(context: click.Context) -> None:
+    """Print all rules, and end."""
+    from osm2xodr.checking import RULES
+
+    widest = max(map(len, RULES))
+    for name, rule in RULES.items():
+        click.echo(f"{name:<{widest}}  {rule.severity.word:<7}  {rule.meaning}")
+    context.exit()
 
 
 @click.command(
@@ -146,11 +163,49 @@ def _load_command(file: Path, result: CheckResult) -> str:
     return TARGETS[SUMO].load_command(path, left_hand=negated in found, programmes=lights)
 
 
-def _list_rules(context: click.Context) -> None:
-    """Print all rules, and end."""
-    from osm2xodr.checking import RULES
+@click.command(
+    short_help="Say what a diagnostic or a rule of check means.",
+    epilog="""\b
+Examples:
+  osm2xodr explain clearance
+  osm2xodr explain lane-count link-kink
+  osm2xodr check --list-rules
 
-    widest = max(map(len, RULES))
-    for name, rule in RULES.items():
-        click.echo(f"{name:<{widest}}  {rule.severity.word:<7}  {rule.meaning}")
-    context.exit()
+docs/diagnostics.md lists all diagnostics, docs/check.md all rules.
+
+Exit status: 0 explained, 2 unknown code, 130 interrupted.""",
+)
+@click.argument("code", nargs=-1, required=True)
+def explain(code: tuple[str, ...]) -> None:
+    """Say what CODE means and what to do: of a diagnostic, as convert reports it, or a rule of check."""
+    text = "\n".join(block for name in code for block in _blocks(name.strip().lower()))
+    with stream_to(STANDARD_OUTPUT) as stream:
+        stream.write(text.encode())
+
+
+def _blocks(name: str) -> Iterator[str]:
+    """Yield what there is to say about a name."""
+    from osm2xodr.checking import RULES
+    from osm2xodr.reporting import codes
+
+    known, rule = codes().get(name), RULES.get(name)
+    if known is None and rule is None:
+        near = difflib.get_close_matches(name, [*codes(), *RULES], 1)
+        hint = f"do you mean {near[0]}?" if near else "osm2xodr check --list-rules lists rules"
+        raise click.UsageError(f"{name!r} is no diagnostic and no rule of check; {hint}")
+    if known is not None:
+        kinds = ", ".join(kind.value for kind in known.kinds)
+        sentences = [known.meaning, f"What to do: {known.remedy}"]
+        if known.correction:
+            sentences.append(f"Line for --corrections: {known.line_for('node/ID' if name == 'ele' else 'way/ID')}")
+        yield _block(f"{name} (diagnostic of convert: {kinds})", sentences)
+    if rule is not None:
+        who = ", ".join(rule.readers) or "the standard"
+        impact = [f"Who is affected: {who}{f': {rule.impact}' if rule.impact else ''}"]
+        what = f"{name} (rule of check: {rule.severity.word})"
+        yield _block(what, [rule.meaning, *impact, f"What to do: {rule.remedy}"])
+
+
+def _block(head: str, paragraphs: list[str]) -> str:
+    lines = [textwrap.fill(text, _WIDTH, initial_indent="  ", subsequent_indent="  ") for text in paragraphs]
+    return "\n".join([head, *lines]) + "\n"

@@ -1,7 +1,7 @@
 """The command line: its commands, and what becomes of errors.
 
 Modules of commands are loaded for the command that is given, and import at their top only what reading options needs;
-the stages are loaded when there is work.
+the stages are loaded when there is work. The command ``completion`` makes shells complete commands and options.
 """
 
 from __future__ import annotations
@@ -26,16 +26,23 @@ from osm2xodr.cli.options import Session
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import (
     ENDING_SIGNALS,
+    STANDARD_OUTPUT,
     occupy_closed_streams,
     own_process,
     patient_standard_error,
     silence_standard_output,
+    stream_to,
 )
 
 if TYPE_CHECKING:
     from types import FrameType
 
+
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+SHELLS = ("bash", "zsh", "fish")
+# The variable by which shells ask for words.
+_VARIABLE = "_OSM2XODR_COMPLETE"
 
 # What is loaded is no garbage, but Python would search it for reference cycles after every 700 new objects, and all
 # modules several times when the process ends.
@@ -138,15 +145,15 @@ _COMMANDS: Final = _Commands(
     start="start",
     batch="batches",
     check="check",
-    report="report",
-    render="render",
-    surface="surface",
+    report="views",
+    render="views",
+    surface="views",
     locate="locate",
     export="export",
     crop="parts",
     merge="parts",
-    explain="explain",
-    completion="completion",
+    explain="check",
+    completion="program",
 )
 
 
@@ -204,3 +211,28 @@ def _signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@click.command(
+    short_help="Print what makes a shell complete commands and options.",
+    epilog="""\b
+Examples:
+  osm2xodr completion bash > ~/.local/share/bash-completion/completions/osm2xodr
+  osm2xodr completion zsh > ~/.zfunc/_osm2xodr
+  osm2xodr completion fish > ~/.config/fish/completions/osm2xodr.fish
+
+Exit status: 0 printed, 2 wrong usage, 130 interrupted.""",
+)
+@click.argument("shell", type=click.Choice(SHELLS))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> None:
+    """Print the script that makes SHELL (bash from 4.4 on, zsh, fish) complete commands, options and files."""
+    # Here, so that other commands start without it.
+    from click.shell_completion import get_completion_class
+
+    kind = get_completion_class(shell)
+    assert kind is not None
+    script = kind(context.find_root().command, {}, "osm2xodr", _VARIABLE)
+    with stream_to(STANDARD_OUTPUT) as stream:
+        # Not by `source`, which asks the shell for its version: it need not be installed here.
+        stream.write((script.source_template % script.source_vars()).encode())

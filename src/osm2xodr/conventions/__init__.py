@@ -26,21 +26,19 @@ if TYPE_CHECKING:
         option as option,
         same_option as same_option,
     )
-    from osm2xodr.conventions.sign_codes import (
+    from osm2xodr.conventions.signs import (
         NO_SUBTYPE as NO_SUBTYPE,
         SignCode as SignCode,
-        is_supplementary as is_supplementary,
-        sign_code as sign_code,
-        sign_meaning as sign_meaning,
-        sign_meanings as sign_meanings,
-    )
-    from osm2xodr.conventions.street_signs import (
         Signs as Signs,
+        is_supplementary as is_supplementary,
         meant_ends as meant_ends,
         places_on_streets as places_on_streets,
         priority_rank as priority_rank,
         ranks_at_junction as ranks_at_junction,
         read_signs as read_signs,
+        sign_code as sign_code,
+        sign_meaning as sign_meaning,
+        sign_meanings as sign_meanings,
     )
     from osm2xodr.conventions.targets import (
         DEFAULT_TARGET as DEFAULT_TARGET,
@@ -61,14 +59,19 @@ __getattr__ = lazy_exports(
     {
         "countries": ("GENERIC", "KMH", "MPH", "SPEED_UNITS", "U_TURNS", "Country", "MarkStyle", "find_country"),
         "options": ("Declaration", "Group", "Reported", "declarations", "flag", "option", "same_option"),
-        "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
-        "street_signs": (
+        "signs": (
+            "NO_SUBTYPE",
+            "SignCode",
             "Signs",
+            "is_supplementary",
             "meant_ends",
             "places_on_streets",
             "priority_rank",
             "ranks_at_junction",
             "read_signs",
+            "sign_code",
+            "sign_meaning",
+            "sign_meanings",
         ),
         "targets": (
             "DEFAULT_TARGET",

@@ -16,6 +16,8 @@ from osm2xodr.exporting.mesh import RoadMesh, material_library, road_mesh, write
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.exporting.frames import geodataframe as geodataframe, write_geopackage as write_geopackage
+    from osm2xodr.exporting.graphs import lane_graph as lane_graph
     from osm2xodr.exporting.scene import (
         MANIFEST as MANIFEST,
         Scene as Scene,
@@ -24,16 +26,12 @@ if TYPE_CHECKING:
         material_of as material_of,
         write_scene as write_scene,
     )
-    from osm2xodr.exporting.tables import (
-        geodataframe as geodataframe,
-        lane_graph as lane_graph,
-        write_geopackage as write_geopackage,
-    )
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "tables": ("geodataframe", "lane_graph", "write_geopackage"),
+        "frames": ("geodataframe", "write_geopackage"),
+        "graphs": ("lane_graph",),
         "scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"),
     },
 )

@@ -1,4 +1,4 @@
-"""Requests over HTTP: polite, patient, and with errors that say in one sentence what is wrong.
+"""Requests over HTTP: polite, patient, and with errors that say in one sentence what is wrong; addresses of servers.
 
 By the standard library. A further library would bring nothing that is missed here: requests are made one at a time,
 and what matters (pauses, downloads that go on, answers that are not what they should be) is the same work with any.
@@ -12,16 +12,17 @@ import io
 import re
 import socket
 import ssl
+import string
 import time
 import urllib.error
+import urllib.parse
 import urllib.request
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final, TypeVar
 
-from osm2xodr.fetching.addresses import host, joined, shown
-from osm2xodr.fetching.defaults import LEAST_RATE, USER_AGENT
-from osm2xodr.fetching.options import Network, ServerError
+from osm2xodr.errors import OptionError
+from osm2xodr.fetching.options import LEAST_RATE, USER_AGENT, Network, ServerError
 from osm2xodr.system import plain_text
 
 _Read = TypeVar("_Read")
@@ -34,7 +35,6 @@ _WAIT_MAX: Final = 600.0
 # Bytes that are read at a time, and of an answer that is an error.
 _CHUNK: Final = 1 << 16
 _ERROR_READ: Final = 1 << 14
-
 
 # What headers hold where it is of use (RFC 9110, 8.6, 10.2.3 and 14.4); no size of a file has more digits.
 _NUMBER: Final = re.compile(r"[0-9]{1,15}")
@@ -339,3 +339,47 @@ def _retry_after(text: str | None) -> float | None:
     except (ValueError, TypeError, LookupError, OverflowError, OSError):
         # Versions of Python differ in what they make of texts that are no dates.
         return None
+
+
+def check_address(option: str, url: str) -> None:
+    """Raise `OptionError` unless an address is one of a web server."""
+    if not is_web(url):
+        raise OptionError(f"{option} {url} is no address; give one that begins with https://", option)
+
+
+def is_web(url: str) -> bool:
+    """Whether an address is one of a web server."""
+    try:
+        parts = urllib.parse.urlsplit(url)
+        # Both fail where they are none.
+        known = parts.hostname and parts.hostname.encode("idna") and parts.port != 0
+    except ValueError:
+        return False
+    return bool(known) and parts.scheme in ("http", "https") and re.fullmatch(r"[!-~]+", url) is not None
+
+
+def joined(base: str, location: str) -> str | None:
+    """Return the address that a redirect leads to; None if it is none of a web server."""
+    try:
+        new = urllib.parse.urljoin(
+            base, urllib.parse.quote(location.strip(), safe=string.punctuation, encoding="latin-1")
+        )
+    except ValueError:
+        return None
+    return new if is_web(new) else None
+
+
+def is_address(text: str) -> bool:
+    """Return whether a text is meant as an address rather than a file."""
+    return re.match(r"[a-zA-Z][a-zA-Z0-9+.-]*://", text) is not None
+
+
+def host(url: str) -> str:
+    """Return the name of a server, with its port where that is unusual."""
+    return urllib.parse.urlsplit(url).netloc.rpartition("@")[2]
+
+
+def shown(url: str) -> str:
+    """Return an address for messages, without a query and without a password."""
+    parts = urllib.parse.urlsplit(url)
+    return urllib.parse.urlunsplit((parts.scheme, host(url), parts.path, "", ""))

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import OutputError
-from osm2xodr.fetching.addresses import host, shown
-from osm2xodr.fetching.connection import Connection, Response, again, mark_of, range_of
+from osm2xodr.fetching.connection import Connection, Response, again, host, mark_of, range_of, shown
 from osm2xodr.fetching.options import ServerError
 from osm2xodr.system import appended, complete, is_page, make_folder, parse_json, plain_text, stream_to
 

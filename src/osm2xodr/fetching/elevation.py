@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.fetching.addresses import host, shown
-from osm2xodr.fetching.connection import Connection, Response, mark_of, range_of
+from osm2xodr.fetching.connection import Connection, Response, host, mark_of, range_of, shown
 from osm2xodr.fetching.downloads import Wanted, download, key_of, not_wanted
 from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.options import FetchOptions, ServerError
 from osm2xodr.fetching.place import DEGREE, Box, widened
 from osm2xodr.fetching.rasters import (
     CELLS_MAX,
+    PART,
     Raster,
     RasterError,
+    RemoteFile,
     bounds_in,
     joined,
     packed,
@@ -27,7 +28,6 @@ from osm2xodr.fetching.rasters import (
     unpacked,
     void_share,
 )
-from osm2xodr.fetching.remote import PART, RemoteFile
 from osm2xodr.system import make_folder, stream_to
 
 # First bytes of TIFF and BigTIFF in both orders of bytes.

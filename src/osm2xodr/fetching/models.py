@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import InputError, OptionError
-from osm2xodr.fetching.addresses import check_address
+from osm2xodr.fetching.connection import check_address
 from osm2xodr.fetching.place import Box
 
 _TABLE: Final = Path(__file__).with_name("elevation_models.ini")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from osm2xodr.starting.simulators import NOT_CHOSEN as NOT_CHOSEN, SIMULATORS as SIMULATORS
+from osm2xodr.starting.request import NOT_CHOSEN as NOT_CHOSEN, SIMULATORS as SIMULATORS
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:

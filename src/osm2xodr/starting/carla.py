@@ -12,7 +12,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import elevation, grade, read_xodr
 from osm2xodr.python_api import CARLA_TILE, export_scene
-from osm2xodr.starting.lanes import LaneNetwork, lane_network
+from osm2xodr.starting.motion import LaneNetwork, lane_network
 from osm2xodr.starting.request import FOLDER, Made, Request
 from osm2xodr.xodrWriter import plan_view_bounds
 

@@ -18,8 +18,7 @@ from osm2xodr import __version__
 from osm2xodr.errors import OptionError
 from osm2xodr.python_api import ConvertOptions, area_map, changed_options, clipping, convert
 from osm2xodr.starting import autoware, carla, esmini, sumo
-from osm2xodr.starting.request import FOLDER, XODR, Made, Request
-from osm2xodr.starting.simulators import NOT_CHOSEN, SIMULATORS, TARGET_OF
+from osm2xodr.starting.request import FOLDER, NOT_CHOSEN, SIMULATORS, TARGET_OF, XODR, Made, Request
 from osm2xodr.surface import expand
 from osm2xodr.system import FILES_KEY, STANDARD_OUTPUT, atomic_folder, check_folder
 

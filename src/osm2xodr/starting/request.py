@@ -1,18 +1,31 @@
-"""What a simulator's module is given, and what it returns."""
+"""The simulators that there are folders for, what the module of each is given, and what it returns.
+
+Imports nothing heavy: the command line reads it for its help.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
+from osm2xodr.conventions import DEFAULT_TARGET
 from osm2xodr.reporting import Conversion
 
 # Stands for the folder in a command.
 FOLDER: Final = "{folder}"
 # The road network in the folder.
 XODR: Final = "map.xodr"
+
+# The option --target of the conversion for each of them.
+TARGET_OF: Final[Mapping[str, str]] = MappingProxyType(
+    {"carla": "carla", "sumo": "sumo", "esmini": "esmini", "autoware": DEFAULT_TARGET}
+)
+SIMULATORS: Final = tuple(TARGET_OF)
+# Options of a conversion that these folders have no use for: the simulator decides, or a batch does.
+NOT_CHOSEN: Final = frozenset({"target", "frame", "tile", "corrections_shared"})
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,12 @@ from osm2xodr.system.lazy import lazy_exports as lazy_exports
 
 if TYPE_CHECKING:
     from osm2xodr.system.files import (
+        FILES_KEY as FILES_KEY,
         STANDARD_OUTPUT as STANDARD_OUTPUT,
         ByteSink as ByteSink,
         appended as appended,
+        atomic_folder as atomic_folder,
+        check_folder as check_folder,
         check_target as check_target,
         complete as complete,
         label as label,
@@ -22,10 +25,15 @@ if TYPE_CHECKING:
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
     )
-    from osm2xodr.system.folders import (
-        FILES_KEY as FILES_KEY,
-        atomic_folder as atomic_folder,
-        check_folder as check_folder,
+    from osm2xodr.system.libraries import (
+        DATA_OF_OTHERS as DATA_OF_OTHERS,
+        RASTER_DRIVERS as RASTER_DRIVERS,
+        VIRTUAL_DRIVER as VIRTUAL_DRIVER,
+        gdal as gdal,
+        library_environment as library_environment,
+        one_thread as one_thread,
+        own_process as own_process,
+        raster_errors as raster_errors,
     )
     from osm2xodr.system.limits import (
         ENDING_SIGNALS as ENDING_SIGNALS,
@@ -41,36 +49,27 @@ if TYPE_CHECKING:
     )
     from osm2xodr.system.pages import is_page as is_page, plain_text as plain_text
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
-    from osm2xodr.system.progress import (
+    from osm2xodr.system.streams import (
         Progress as Progress,
         advance as advance,
+        occupy_closed_streams as occupy_closed_streams,
+        patient_standard_error as patient_standard_error,
         shown as shown,
         stage as stage,
         time_left as time_left,
     )
-    from osm2xodr.system.raster_library import (
-        DATA_OF_OTHERS as DATA_OF_OTHERS,
-        RASTER_DRIVERS as RASTER_DRIVERS,
-        VIRTUAL_DRIVER as VIRTUAL_DRIVER,
-        gdal as gdal,
-        library_environment as library_environment,
-        own_process as own_process,
-        raster_errors as raster_errors,
-    )
-    from osm2xodr.system.streams import (
-        occupy_closed_streams as occupy_closed_streams,
-        patient_standard_error as patient_standard_error,
-    )
-    from osm2xodr.system.threads import one_thread as one_thread
     from osm2xodr.system.xml_text import xml_stream as xml_stream
 
 __getattr__ = lazy_exports(
     __name__,
     {
         "files": (
+            "FILES_KEY",
             "STANDARD_OUTPUT",
             "ByteSink",
             "appended",
+            "atomic_folder",
+            "check_folder",
             "check_target",
             "complete",
             "label",
@@ -82,13 +81,13 @@ __getattr__ = lazy_exports(
             "silence_standard_output",
             "stream_to",
         ),
-        "folders": ("FILES_KEY", "atomic_folder", "check_folder"),
-        "raster_library": (
+        "libraries": (
             "DATA_OF_OTHERS",
             "RASTER_DRIVERS",
             "VIRTUAL_DRIVER",
             "gdal",
             "library_environment",
+            "one_thread",
             "own_process",
             "raster_errors",
         ),
@@ -106,9 +105,15 @@ __getattr__ = lazy_exports(
         ),
         "pages": ("is_page", "plain_text"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
-        "progress": ("Progress", "advance", "shown", "stage", "time_left"),
-        "streams": ("occupy_closed_streams", "patient_standard_error"),
-        "threads": ("one_thread",),
+        "streams": (
+            "Progress",
+            "advance",
+            "occupy_closed_streams",
+            "patient_standard_error",
+            "shown",
+            "stage",
+            "time_left",
+        ),
         "xml_text": ("xml_stream",),
     },
 )

@@ -55,7 +55,7 @@ def signal_programmes(road_map: RoadMap, options: WriteOptions) -> bytes:
     They go with what `write_xodr` writes with the same options.
     """
     from osm2xodr.xodrWriter.document import words_for
-    from osm2xodr.xodrWriter.programmes_text import programmes_text
+    from osm2xodr.xodrWriter.furniture_text import programmes_text
 
     return programmes_text(road_map, words_for(road_map, options)).encode()
 

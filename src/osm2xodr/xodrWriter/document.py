@@ -25,8 +25,6 @@ from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
-from osm2xodr.xodrWriter.check import check_road_map
-from osm2xodr.xodrWriter.flat_curves import without_flat_curves
 from osm2xodr.xodrWriter.formatting import (
     CURVATURE,
     NUMBER,
@@ -40,8 +38,8 @@ from osm2xodr.xodrWriter.formatting import (
 )
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
+from osm2xodr.xodrWriter.preparation import check_road_map, with_exits_for_all, without_flat_curves
 from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
-from osm2xodr.xodrWriter.shared_exits import with_exits_for_all
 
 # Roads and junctions per block of text, 1 to 2 MB: processes that make them in turns take about equally long, and
 # hold little at a time. The least number of blocks that is worth another process.

@@ -15,7 +15,7 @@ from map_damage import add_bridge
 from t_junction import Tree, one, road, sound_tree
 
 from osm2xodr.checking import Finding, Severity
-from osm2xodr.checking.checks import lanes, surfaces
+from osm2xodr.checking.checks import roads, surfaces
 from osm2xodr.errors import InputError
 
 
@@ -86,7 +86,7 @@ def test_large_files_are_compared_part_by_part(tree: Tree, path: Path, monkeypat
     monkeypatch.setattr(surfaces, "_shared_cells", counted)
     monkeypatch.setattr(surfaces, "_BLOCK", 20)
     monkeypatch.setattr(surfaces, "_POINTS", 100)
-    monkeypatch.setattr(lanes, "_BLOCK", 1)
+    monkeypatch.setattr(roads, "_BLOCK", 1)
     assert checked(tree, path, only=only, ignore=()).findings == whole
     # In more than one band of the roads, and one of those that overlap.
     assert len(points) > 2

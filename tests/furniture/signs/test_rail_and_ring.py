@@ -9,7 +9,7 @@ from light_cases import with_tags
 from sign_cases import Signed, T, signed, ways
 from street_cases import Case
 
-from osm2xodr.furniture.objects.rail_crossings import rail_crossing_objects
+from osm2xodr.furniture.objects.crossings import rail_crossing_objects
 from osm2xodr.furniture.objects.road_marks import mini_roundabouts
 from osm2xodr.furniture.world import find_rail_stops
 from osm2xodr.model import Rule, Sign

@@ -9,7 +9,7 @@ import pytest
 from junction_cases import CASES
 from street_cases import Case
 
-from osm2xodr.conventions.street_signs import read_signs
+from osm2xodr.conventions.signs import read_signs
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
 from osm2xodr.geometry.connections.priorities import Arm, goes_first

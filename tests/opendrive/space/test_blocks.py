@@ -7,7 +7,7 @@ import pytest
 from viewed_file import viewed_file
 
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive.space import curves, elevation, lane_borders, pose
+from osm2xodr.opendrive.space import elevation, lane_borders, pose, positions
 
 
 def test_many_places_are_evaluated_block_by_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,16 +21,16 @@ def test_many_places_are_evaluated_block_by_block(tmp_path: Path, monkeypatch: p
         return [*pose(file, road, s), elevation(file, road, s), *lane_borders(file, lane, s), *ends]
 
     whole = found()
-    monkeypatch.setattr(curves, "BLOCK", 7)
+    monkeypatch.setattr(positions, "BLOCK", 7)
     for one, other in zip(whole, found(), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
 def test_blocks_hold_no_more_than_they_should(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(curves, "BLOCK", 4)
+    monkeypatch.setattr(positions, "BLOCK", 4)
     sizes: list[int] = []
 
-    @curves.in_blocks
+    @positions.in_blocks
     def doubled(file: None, rows: IntArray, s: FloatArray) -> FloatArray:
         sizes.append(len(s))
         return np.asarray(2.0 * s)

@@ -12,8 +12,7 @@ import pytest
 from xodr_text import cubics, document, geometry, lane, read_text, road, section
 
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive.space.curves import pose
-from osm2xodr.opendrive.space.lanes import surface_points
+from osm2xodr.opendrive.space.positions import pose, surface_points
 from osm2xodr.opendrive.space.sampling import lane_ribbons, sample_roads
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 

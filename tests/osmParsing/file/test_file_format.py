@@ -10,7 +10,7 @@ import pytest
 from osm_builder import document
 
 from osm2xodr.errors import InputError
-from osm2xodr.osmParsing.file import copies
+from osm2xodr.osmParsing.file import preparation
 from osm2xodr.osmParsing.file.file_format import open_osm_file
 
 ROAD = document(
@@ -165,7 +165,7 @@ def test_truncated_archives(tmp_path: Path, pack: Callable[[bytes], bytes]) -> N
 @pytest.fixture
 def early(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look at sizes from 1 MB on: files that are larger make for slow tests."""
-    monkeypatch.setattr(copies, "RATIO_CHECKED_FROM", 1 << 20)
+    monkeypatch.setattr(preparation, "RATIO_CHECKED_FROM", 1 << 20)
 
 
 @pytest.mark.usefixtures("early")

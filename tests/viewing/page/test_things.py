@@ -1,18 +1,24 @@
-"""What stands beside roads reaches the page: forms as pictures have them, and signals with their controllers."""
+"""What stands beside roads reaches the page: forms as pictures have them, and signals with their controllers.
+
+Packed numbers come back as they were.
+"""
 
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 from sample_road_maps import furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture_shapes import Area, Disc, forms_of, in_layers, placed_objects
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import OpenDrive
-from osm2xodr.viewing.page.things import objects_of, signal_info
+from osm2xodr.viewing.page.things import UNKNOWN, objects_of, pack_arrays, quantised, signal_info
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 
@@ -60,3 +66,27 @@ def test_controllers_name_signals_and_junctions(file: OpenDrive) -> None:
     faces = {number: row[8] for number, row in zip(numbers, info["signals"], strict=True)}
     assert faces["1"] == faces["2"] != faces["3"]
     assert len(info["faces"]) == 2
+
+
+def unpacked(contents: list[list[object]], data: bytes) -> dict[str, list[int]]:
+    """Read arrays as the page does."""
+    out, at = {}, 0
+    for name, count in contents:
+        assert isinstance(name, str)
+        assert isinstance(count, int)
+        planes = np.frombuffer(data, np.uint8, 4 * count, at).reshape(4, count).astype(np.uint32)
+        steps = planes[0] | planes[1] << 8 | planes[2] << 16 | planes[3] << 24
+        out[name] = np.cumsum(steps, dtype=np.uint32).view(np.int32).tolist()
+        at += 4 * count
+    return out
+
+
+@given(st.lists(st.integers(-(2**31), 2**31 - 1), max_size=50), st.lists(st.integers(-5, 5), max_size=9))
+def test_arrays_come_back(one: list[int], other: list[int]) -> None:
+    arrays = {"one": np.array(one, np.int32), "other": np.array(other, np.int32)}
+    assert unpacked(*pack_arrays(arrays)) == {"one": one, "other": other}
+
+
+def test_values_become_steps() -> None:
+    values = np.array([0.004, -1.236, math.nan, math.inf, 1e30])
+    assert quantised(values, 0.01).tolist() == [0, -124, UNKNOWN, UNKNOWN, 2**31 - 1]

@@ -9,8 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking.findings import Findings, Place
-from osm2xodr.checking.rules import RULES
+from osm2xodr.checking.findings import RULES, Findings, Place
 from osm2xodr.curves import owners, repeated, unique_first, wrapped
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, Furniture, OpenDrive, pose

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.checking import rules
 from osm2xodr.checking.checks.common import LaneIndex, above, degrees, end_station, lane_place, road_place
 from osm2xodr.checking.checks.references import ENDS, connection_name
-from osm2xodr.checking.findings import Findings
+from osm2xodr.checking.findings import GAP_ERROR, TAPERED_WIDTH, Findings
 from osm2xodr.curves import Table, owners, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, grade, lane_borders, pose, surface_points
 
 _PERCENT = 100.0
 # The reference line of the other road may lie on either side of the carriageway. An end touches if it is nearer than
-# this share of the other road's length; and than `defaults.GAP_ERROR`.
+# this share of the other road's length; and than `GAP_ERROR`.
 _TOUCHING_SHARE = 0.1
 
 
@@ -107,7 +106,7 @@ def _check_road_contacts(drive: OpenDrive, findings: Findings) -> None:
     for side in (contact, 1 - contact):
         at_x, at_y, _ = pose(drive, other, end_station(drive, other, side))
         gap.append(np.hypot(at_x - x, at_y - y))
-    touching = gap[1] <= np.minimum(_TOUCHING_SHARE * roads.length[other], rules.GAP_ERROR)
+    touching = gap[1] <= np.minimum(_TOUCHING_SHARE * roads.length[other], GAP_ERROR)
     bad = np.flatnonzero(touching & above("wrong-contact-point", gap[0]))
     findings.add(
         "wrong-contact-point",
@@ -154,7 +153,7 @@ def check_ways_on(drive: OpenDrive, lanes: LaneIndex, steps: Transitions, findin
         width = _widths(drive, row, s, before=end == End.END)
         leaves = lanes.forward[row] == (end == End.END)
         kind, known = roads.link_kind[road, end], roads.link[road, end] != ABSENT
-        at_junction = (width > rules.TAPERED_WIDTH) & (kind == LinkKind.JUNCTION) & known
+        at_junction = (width > TAPERED_WIDTH) & (kind == LinkKind.JUNCTION) & known
         # Connections lead into a junction, the links of connecting roads lead out of it.
         stuck = at_junction & leaves & ~connected[row, end]
         unfed = at_junction & ~leaves & ~linked[row, end]

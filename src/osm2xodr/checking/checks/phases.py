@@ -9,9 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking import rules
 from osm2xodr.checking.checks.common import LaneIndex
-from osm2xodr.checking.findings import Findings
+from osm2xodr.checking.findings import LEVEL_HEIGHT, Findings
 from osm2xodr.curves import segments_cross
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import BoolArray, FloatArray
@@ -153,7 +152,7 @@ def _meeting(movements: Sequence[_Movement], paths: FloatArray) -> BoolArray:
     approach = np.array([numbers[movement.approach] for movement in movements], np.int64)
     x, y, z = paths[..., 0], paths[..., 1], paths[..., 2]
     gap = np.hypot(x[:, None, -1] - x[None, :, -1], y[:, None, -1] - y[None, :, -1])
-    out: BoolArray = (gap < _SAME_LANE) & (np.abs(z[:, None, -1] - z[None, :, -1]) < rules.LEVEL_HEIGHT)
+    out: BoolArray = (gap < _SAME_LANE) & (np.abs(z[:, None, -1] - z[None, :, -1]) < LEVEL_HEIGHT)
     for k, path in enumerate(paths):
         out[k] |= _crossed(path, paths)
     out |= out.T
@@ -164,5 +163,5 @@ def _crossed(path: FloatArray, others: FloatArray) -> BoolArray:
     """Return which polylines a polyline crosses at its level, (n,)."""
     a, b = path[:-1][:, None], path[1:][:, None]
     c, d = others[:, None, :-1], others[:, None, 1:]
-    level = np.abs(a[..., 2] - c[..., 2]) < rules.LEVEL_HEIGHT
+    level = np.abs(a[..., 2] - c[..., 2]) < LEVEL_HEIGHT
     return np.asarray((segments_cross(a, b, c, d) & level).any(axis=(1, 2)))

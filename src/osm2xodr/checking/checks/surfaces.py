@@ -7,10 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking import rules
 from osm2xodr.checking.checks.common import LaneIndex, above, road_place, worst_of
-from osm2xodr.checking.findings import Findings
-from osm2xodr.checking.rules import RULES
+from osm2xodr.checking.findings import LEVEL_HEIGHT, RULES, Findings
 from osm2xodr.curves import (
     CLEARANCE_STEP,
     PointTree,
@@ -233,7 +231,7 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
     gradients = (ways.gradients(drive, row[pairs[:, k]]) for k in (0, 1))
     rise_x, rise_y = ((one + two) / 2 for one, two in zip(*gradients, strict=True))
     apart = np.abs(dz - dx * rise_x - dy * rise_y)
-    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < rules.LEVEL_HEIGHT))
+    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < LEVEL_HEIGHT))
     low, high = np.minimum(a, b)[wanted], np.maximum(a, b)[wanted]
     first = np.where(a[wanted] <= b[wanted], pairs[wanted, 0], pairs[wanted, 1])
     return low, high, apart[wanted], road[first], ways.s[row[first]]
@@ -368,7 +366,7 @@ def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, band: _S
     order = order[_changes(key[order], road[order])]
     order = order[np.lexsort((z[order], key[order]))]
     key, road, z, row = key[order], road[order], z[order], row[order]
-    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < rules.LEVEL_HEIGHT))
+    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < LEVEL_HEIGHT))
     first = np.where(road[both] < road[both + 1], both, both + 1)
     last = np.where(road[both] < road[both + 1], both + 1, both)
     return _Shared(road[first], road[last], ways.s[row[first]])

@@ -12,11 +12,20 @@ from collections import Counter
 import numpy as np
 
 from osm2xodr.errors import InputError
-from osm2xodr.exporting.lanelet2.document import LOCAL, PROJECTORS, Primitives, place, projector_info, write_document
+from osm2xodr.exporting.lanelet2.document import (
+    GAP_REPORTED,
+    LANELETS,
+    LOCAL,
+    PROJECTORS,
+    Primitives,
+    mark_of,
+    place,
+    projector_info,
+    write_document,
+)
 from osm2xodr.exporting.lanelet2.lanelets import Ends, add_lanelets, join_ends
 from osm2xodr.exporting.lanelet2.regulatory_elements import FurnitureMaker, add_priorities
 from osm2xodr.exporting.lanelet2.strips import cut_into_strips
-from osm2xodr.exporting.lanelet2.words import GAP_REPORTED, LANELETS, mark_of
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.system import ByteSink
 

@@ -11,9 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from osm2xodr.curves import unique_inverse, wrapped
-from osm2xodr.exporting.lanelet2.document import Primitives
+from osm2xodr.exporting.lanelet2.document import (
+    CLOSEST,
+    LANELETS,
+    MOTORWAY,
+    TURN_LEAST,
+    TURNING,
+    Primitives,
+    Tags,
+    lanelet_tags,
+)
 from osm2xodr.exporting.lanelet2.strips import Cut, Strip, StripLane
-from osm2xodr.exporting.lanelet2.words import CLOSEST, LANELETS, MOTORWAY, TURN_LEAST, TURNING, Tags, lanelet_tags
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import End
 

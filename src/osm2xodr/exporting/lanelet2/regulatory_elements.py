@@ -14,17 +14,17 @@ import numpy as np
 
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.exporting.geojson import outline_points
-from osm2xodr.exporting.lanelet2.document import Primitives
-from osm2xodr.exporting.lanelet2.lanelets import Placed
-from osm2xodr.exporting.lanelet2.words import (
+from osm2xodr.exporting.lanelet2.document import (
     BODY_WIDTH,
     LANELETS,
     LIGHT_HEIGHT,
     SIGN_HEIGHT,
     TURNING,
+    Primitives,
     lanelet_tags,
     sign_type,
 )
+from osm2xodr.exporting.lanelet2.lanelets import Placed
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import ABSENT, End, Furniture, OpenDrive, pose, surface_points
 

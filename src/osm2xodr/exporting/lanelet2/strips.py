@@ -12,7 +12,7 @@ import numpy as np
 
 from osm2xodr.checking import contacts_of, lane_index
 from osm2xodr.curves import owners, wrapped
-from osm2xodr.exporting.lanelet2.words import (
+from osm2xodr.exporting.lanelet2.document import (
     KERB_LOW,
     LANELETS,
     LONGEST,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.furniture.lights.nodes import cut_sections
 from osm2xodr.furniture.lights.placing import place_lights
-from osm2xodr.furniture.lights.section_breaks import cut_sections
 
 __all__ = ["cut_sections", "place_lights"]

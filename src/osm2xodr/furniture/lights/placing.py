@@ -39,7 +39,7 @@ _STEPS: Final = (-0.3, 0.5, 1.0)
 class Lights:
     """The lights of a map; the lists grow while lights are placed."""
 
-    # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.section_breaks`
+    # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.nodes`
     section_breaks: tuple[tuple[int, float], ...] = ()
     # (id of the road, whether traffic comes to its end) of the approaches with lights
     signalled: frozenset[tuple[int, bool]] = frozenset()

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from osm2xodr.furniture.objects.bus_stops import bus_stop_objects
 from osm2xodr.furniture.objects.calming import calming_objects, crossing_objects, island_objects
-from osm2xodr.furniture.objects.crossings import find_crossings
-from osm2xodr.furniture.objects.rail_crossings import rail_crossing_objects
+from osm2xodr.furniture.objects.crossings import find_crossings, rail_crossing_objects
 from osm2xodr.furniture.objects.road_marks import arrows, mini_roundabouts, stop_lines
 from osm2xodr.furniture.objects.roadside_things import line_objects, point_objects, tram_objects
 from osm2xodr.furniture.objects.structures import place_structures

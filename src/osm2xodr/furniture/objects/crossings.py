@@ -1,4 +1,7 @@
-"""Crossings for people on foot: which there are, and where on which roads."""
+"""Crossings for people on foot: which there are, and where on which roads; lights and barriers of level crossings.
+
+Level crossings are open, as no train comes, and their barriers stand beside the road.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,8 @@ from osm2xodr.curves import pose
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.junction_crossings import Course, JunctionPaths, Span, across_of
-from osm2xodr.furniture.world import Crossing, NodePlace, World, car_lanes, with_room_for_line
-from osm2xodr.model import MappedCrossing
+from osm2xodr.furniture.world import Crossing, NodePlace, RailStop, World, car_lanes, with_room_for_line
+from osm2xodr.model import MappedCrossing, RoadObject, Rule
 
 # Crossings end at least this far before a road that leads nowhere, m; a choice.
 _FROM_END: Final = 0.05
@@ -29,6 +32,13 @@ _MOST_TO_KERBS: Final = 2.0
 _KERB_STEP: Final = 1.0
 # Crossings one behind the other that share more of the shorter are one; a choice.
 _SHARED: Final = 0.5
+
+# OpenDRIVE's type and subtype, and a name; height and radius, m. Heads hang at 2.1 m and more (RiLSA), booms turn on
+# machines of about 1.1 m; radii are choices.
+_LIGHT: Final = (("pole", "", "level crossing light"), 3.0, 0.15)
+_BARRIER: Final = (("barrier", "", "level crossing barrier"), 1.1, 0.2)
+# Lights stand this far behind the sign, as traffic meets them, barriers twice as far, m; a choice.
+_STEP: Final = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,3 +320,32 @@ def _report(world: World, placed: Sequence[_Placed]) -> None:
     finding = f"without a width: {with_lights:g} m assumed with lights, {usual:g} m otherwise"
     guessed = [item.crossing.osm_id for item in placed if not item.width_tagged]
     world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, "crossing", finding)
+
+
+def rail_crossing_objects(world: World, stops: Sequence[RailStop]) -> list[RoadObject]:
+    """Make the lights and barriers before railways that tags name, on the side of the traffic that they are for.
+
+    Barriers that close the whole road have a second one on its other side.
+    """
+    out: list[RoadObject] = []
+    for stop in stops:
+        near = -1.0 if stop.along == (world.road_map.rule is Rule.RIGHT_HAND) else 1.0
+        if stop.crossing.lights:
+            out.append(_beside(world, stop, near, 1, _LIGHT))
+        if stop.crossing.barriers:
+            out.append(_beside(world, stop, near, 2, _BARRIER))
+        if stop.crossing.barriers == "full":
+            out.append(_beside(world, stop, -near, 2, _BARRIER))
+    return out
+
+
+def _beside(
+    world: World, stop: RailStop, side: float, steps: int, what: tuple[tuple[str, str, str], float, float]
+) -> RoadObject:
+    words, height, radius = what
+    s = stop.s + steps * (_STEP if stop.along else -_STEP)
+    s = min(max(s, 0.0), world.lanes.length(stop.road))
+    left, right = world.lanes.carriageway(stop.road, s)
+    t = (left if side > 0.0 else right) + side * (defaults.SIGN_CLEARANCE + radius)
+    made = world.object_at(stop.road, words, s, t, stop.osm_id)
+    return replace(made, height=height, radius=radius, orientation="+" if stop.along else "-")

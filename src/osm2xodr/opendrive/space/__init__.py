@@ -9,16 +9,18 @@ records change, as at the end of a lane section after which the lane offset jump
 
 from __future__ import annotations
 
-from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
 from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on, refuse_crowds
 from osm2xodr.opendrive.space.georeference import Frame, frame_of
-from osm2xodr.opendrive.space.lanes import (
+from osm2xodr.opendrive.space.positions import (
+    curvature,
     elevation,
     grade,
     lane_borders,
     lane_middles,
     lane_offset,
     points_beside,
+    pose,
+    record_lengths,
     section_at,
     speed_limits,
     superelevation,

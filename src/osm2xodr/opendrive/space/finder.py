@@ -11,12 +11,13 @@ from osm2xodr.curves import PointTree, ranks, repeated, unique_rows
 from osm2xodr.defaults import SAMPLE_TOLERANCE
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive.space.curves import pose, pose_and_curvature
-from osm2xodr.opendrive.space.lanes import (
+from osm2xodr.opendrive.space.positions import (
     lane_borders,
     lane_middles,
     lanes_of,
     outermost_lanes,
+    pose,
+    pose_and_curvature,
     section_at,
     superelevation,
 )

@@ -10,15 +10,16 @@ import numpy as np
 from osm2xodr.curves import cubic_value, owners, ranks, runs, starts
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive.space.curves import curvature, pose
-from osm2xodr.opendrive.space.lanes import (
+from osm2xodr.opendrive.space.positions import (
     LaneRanks,
+    curvature,
     lane_borders,
     lane_offset,
     lane_ranks,
     lanes_of,
     outermost_lanes,
     points_beside,
+    pose,
     section_at,
 )
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive

@@ -17,18 +17,18 @@ from typing import IO, BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
-from osm2xodr.osmParsing.file.copies import (
+from osm2xodr.osmParsing.file.preparation import (
     CHUNK,
     DAMAGED,
     RATIO_MAX,
     Copy,
+    check_claims,
     decompressed,
     in_zip,
     plain_copy,
     too_large,
     unpack,
 )
-from osm2xodr.osmParsing.file.pbf_claims import check_claims
 from osm2xodr.system import plain_text, xml_stream
 
 # Bytes that are read at the start of a file, and in one go of its prolog.

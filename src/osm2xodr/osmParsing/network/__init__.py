@@ -1,9 +1,8 @@
 """From ways to streets and intersections, turn restrictions and lane connectivity.
 
 Ways are cut where streets may meet (`pieces`), joined between intersections and given attributes (`streets`); one
-direction is found where it changes with time (`reversible`), a limit where none is given
-(`default_speeds`); `relations` say how one may drive from one to another; `country` finds the country and its driving
-side.
+direction is found where it changes with time, a limit where none is given (`default_speeds`); `relations` say how one
+may drive from one to another; `country` finds the country and its driving side.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from osm2xodr.osmParsing.network.pieces import (
     make_lines,
     most_met,
     sparse_streets,
+    with_one_flow,
 )
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
-from osm2xodr.osmParsing.network.reversible import with_one_flow
 from osm2xodr.osmParsing.network.streets import make_streets, report_head_on, tags_on_streets
 
 __all__ = [

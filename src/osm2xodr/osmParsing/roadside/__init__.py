@@ -12,7 +12,6 @@ from osm2xodr.osmParsing.roadside.guessed_strips import with_guessed_shoulders, 
 from osm2xodr.osmParsing.roadside.kerbs import WayPieces, kerbs_along
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
-from osm2xodr.osmParsing.roadside.street_facts import crossing_densities, street_densities, street_facts
 from osm2xodr.osmParsing.roadside.things import (
     is_thing,
     kerbs_beside,
@@ -22,6 +21,7 @@ from osm2xodr.osmParsing.roadside.things import (
     way_values,
     ways_beside,
 )
+from osm2xodr.osmParsing.roadside.way_surroundings import crossing_densities, street_densities, street_facts
 
 __all__ = [
     "WayPieces",

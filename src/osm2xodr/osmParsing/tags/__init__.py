@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, is_roundabout, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, near_side
-from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, tagged_width
+from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, Kerbs, StreetFacts, is_transition, tagged_width
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS, TURN_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import in_town, is_town_street, limit_words, with_urban_speeds
@@ -28,7 +28,6 @@ from osm2xodr.osmParsing.tags.node_facts import (
     turning_circles,
     with_speed_zones,
 )
-from osm2xodr.osmParsing.tags.placement import is_transition
 from osm2xodr.osmParsing.tags.values import (
     LEFT_RIGHT,
     NO,

@@ -1,12 +1,13 @@
 """One elevation model: its file, its cells, and its quality.
 
-`raster_file` reads it (`archive`, `labels`, `vrt` and `vertical_crs` help), `grid` finds heights in it, `quality` and
-`outliers` judge it, `voids` and `trend` fill it.
+`raster_file` reads it (`containers` and `crs` help), `grid` finds heights in it, `quality` judges it, `voids` and
+`trend` fill it.
 """
 
 from __future__ import annotations
 
-from osm2xodr.surface.grids.archive import rasters_in
+from osm2xodr.surface.grids.containers import is_virtual, rasters_in, virtual_sources
+from osm2xodr.surface.grids.crs import FOOT, Unstated, convert_heights, parse_datum, unstated
 from osm2xodr.surface.grids.grid import (
     Cells,
     GridFrame,
@@ -16,14 +17,10 @@ from osm2xodr.surface.grids.grid import (
     make_interpolator,
     nearest_known,
 )
-from osm2xodr.surface.grids.labels import Unstated, unstated
-from osm2xodr.surface.grids.outliers import find_outliers
-from osm2xodr.surface.grids.quality import estimate_sigma, looks_covered, quantum_of, usual_sigma
+from osm2xodr.surface.grids.quality import estimate_sigma, find_outliers, looks_covered, quantum_of, usual_sigma
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
-from osm2xodr.surface.grids.vertical_crs import FOOT, convert_heights, parse_datum
 from osm2xodr.surface.grids.voids import fill_voids, rim_of
-from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 
 __all__ = [
     "FOOT",

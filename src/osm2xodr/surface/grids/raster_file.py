@@ -16,12 +16,20 @@ from pyproj import CRS, Transformer
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
-from osm2xodr.surface.grids.archive import archive_of, beside, gdal_name
+from osm2xodr.surface.grids.containers import archive_of, beside, gdal_name, is_virtual, read_virtual, virtual_sources
+from osm2xodr.surface.grids.crs import (
+    AS_STATED,
+    Encoding,
+    Unstated,
+    codes,
+    crs_of,
+    heights_of,
+    horizontal_crs,
+    likely_encoding,
+    unit_of,
+)
 from osm2xodr.surface.grids.grid import Affine, Cells, GridFrame, empty_cells
-from osm2xodr.surface.grids.labels import AS_STATED, Encoding, Unstated, codes, crs_of, likely_encoding, unit_of
 from osm2xodr.surface.grids.quality import named_cover
-from osm2xodr.surface.grids.vertical_crs import heights_of, horizontal_crs
-from osm2xodr.surface.grids.vrt import is_virtual, read_virtual, virtual_sources
 from osm2xodr.system import RASTER_DRIVERS, VIRTUAL_DRIVER, gdal, raster_errors
 
 # Largest block of cells that is unpacked as a whole, bytes; usual blocks have up to a few MB.

@@ -19,8 +19,17 @@ from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.colours import Categories, Mode, lane_speeds, lane_types, strip_classes
 from osm2xodr.viewing.page.accuracy import LEAST_MATCH, Terrain, WayCover, WayOnRoad
-from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
-from osm2xodr.viewing.page.things import Bodies, Objects, drawing_rules, objects_of, signal_info
+from osm2xodr.viewing.page.things import (
+    UNKNOWN,
+    Bodies,
+    Objects,
+    Packed,
+    drawing_rules,
+    objects_of,
+    quantised,
+    rounded,
+    signal_info,
+)
 from osm2xodr.viewing.scene import Scene, border_marks, credits_of, junction_places, unmeasured
 
 # Units of the arrays: m, rad, rise per metre, km/h.

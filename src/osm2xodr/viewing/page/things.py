@@ -1,16 +1,18 @@
 """What stands on and beside roads, for the page: objects, signals and their controllers, and the scene in 3D.
 
-A page must stay small and quick: meshes have whole centimetres, the ground its coarsest level of detail, and long
-networks are made of longer pieces.
+A page must stay small and quick: numbers are packed as whole ones that compress well, meshes have whole centimetres,
+the ground its coarsest level of detail, and long networks are made of longer pieces.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from osm2xodr.curves import unique_all
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
@@ -39,7 +41,6 @@ from osm2xodr.furniture_shapes import (
 from osm2xodr.model import FloatArray, IntArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive
 from osm2xodr.viewing.options import ReportOptions
-from osm2xodr.viewing.page.packing import Packed, quantised, rounded
 from osm2xodr.viewing.scene import Scene
 
 _CENTIMETRE = 0.01
@@ -63,6 +64,12 @@ _TILE: Final = 1e5
 _STEP: Final = 0.01
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
+
+Packed: TypeAlias = npt.NDArray[np.int32]
+
+# Stands for "unknown" among whole numbers of 32 bits.
+UNKNOWN: Final = -(2**31)
+_LARGEST: Final = 2**31 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,3 +327,31 @@ def _joined(pieces: list[tuple[FloatArray, IntArray]]) -> tuple[FloatArray, IntA
     rank[order] = np.arange(len(order))
     vertices = np.concatenate([vertices for vertices, _ in pieces])[used[order]]
     return vertices, rank[number].reshape(-1, 3)
+
+
+def rounded(value: float | None, digits: int = 2) -> float | None:
+    """Return a number rounded to some digits after the point; None where it is unknown."""
+    return None if value is None or not math.isfinite(value) else round(float(value), digits)
+
+
+def quantised(values: FloatArray, step: float) -> npt.NDArray[np.int32]:
+    """Return values as whole numbers of steps: `UNKNOWN` where they are not finite, the largest where too large."""
+    scaled = np.asarray(values, np.float64) / step
+    known = np.isfinite(scaled)
+    whole = np.rint(np.clip(np.where(known, scaled, 0.0), -_LARGEST, _LARGEST))
+    return np.where(known, whole, float(UNKNOWN)).astype(np.int64).astype(np.int32)
+
+
+def pack_arrays(arrays: Mapping[str, npt.NDArray[np.int32]]) -> tuple[list[list[Any]], bytes]:
+    """Return a table of contents, rows of name and length, and all arrays as one string of bytes.
+
+    Each array is written as differences modulo 2**32, and these as four planes of bytes, the lowest first.
+    """
+    contents: list[list[Any]] = []
+    parts: list[bytes] = []
+    for name, values in arrays.items():
+        whole = np.ascontiguousarray(values, np.int32).view(np.uint32)
+        steps = np.diff(whole, prepend=np.uint32(0)).astype("<u4")
+        parts.append(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, 4).T).tobytes())
+        contents.append([name, len(whole)])
+    return contents, b"".join(parts)
