@@ -23,7 +23,10 @@ from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 ROOT = Path(__file__).parent
 SOURCE = ROOT / "src"
+PACKAGE = "osm2xodr"
 SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
+# What compiled modules share has this name and the version of Cython: those that another one made go on with theirs.
+SHARED = "cython_"
 # Every machine is to round as Python does: no multiplication and addition in one, nothing that only newer processors
 # have.
 FLAGS = ["/O2", "/fp:precise"] if os.name == "nt" else ["-O2", "-g0", "-ffp-contract=off"]
@@ -54,6 +57,12 @@ def compiled(module: Path) -> Path:
     return module.with_suffix(SUFFIX)
 
 
+def forms() -> list[Path]:
+    """Return the compiled forms of modules that are there, and what these share: code of Cython's for arrays."""
+    shared = SOURCE.glob(f"{PACKAGE}/{SHARED}*{SUFFIX}")
+    return [path for path in (*map(compiled, modules()), *shared) if path.exists()]
+
+
 def made_of(module: Path) -> int:
     """Return when what a compiled form is made of was changed last, ns: compiled forms bear this date themselves."""
     sources = [module, Path(__file__), *SOURCE.rglob("*.pxd")]
@@ -67,6 +76,7 @@ def up_to_date(module: Path) -> bool:
 
 def build() -> str | None:
     """Compile what is not up to date; return why nothing can be compiled, if so."""
+    from Cython import __version__ as cython
     from Cython.Build import cythonize
     from setuptools import Distribution, Extension
     from setuptools.errors import BaseError, CCompilerError
@@ -78,9 +88,16 @@ def build() -> str | None:
         return None
     names = {".".join(module.relative_to(SOURCE).with_suffix("").parts): module for module in old}
     with tempfile.TemporaryDirectory() as folder:
-        wanted = [Extension(name, [str(module)], extra_compile_args=FLAGS) for name, module in names.items()]
+        sources = {name: str(module) for name, module in names.items()}
+        shared = SHARED + re.sub(r"[^0-9a-z]", "_", cython)
+        sources[f"{PACKAGE}.{shared}"] = str(Path(folder, f"{shared}.c"))
         extensions = cythonize(
-            wanted, build_dir=folder, include_path=[str(SOURCE)], compiler_directives=DIRECTIVES, quiet=True
+            [Extension(name, [source], extra_compile_args=FLAGS) for name, source in sources.items()],
+            build_dir=folder,
+            include_path=[str(SOURCE)],
+            compiler_directives=DIRECTIVES,
+            shared_utility_qualified_name=f"{PACKAGE}.{shared}",
+            quiet=True,
         )
         command: Any = Distribution({"ext_modules": extensions}).get_command_obj("build_ext")
         command.build_lib, command.build_temp, command.parallel = folder, folder, os.cpu_count()
@@ -89,6 +106,8 @@ def build() -> str | None:
             command.run()
         except (BaseError, CCompilerError) as error:
             return str(error)
+        (SOURCE / PACKAGE).mkdir(exist_ok=True)
+        shutil.move(command.get_ext_fullpath(f"{PACKAGE}.{shared}"), SOURCE / PACKAGE / f"{shared}{SUFFIX}")
         for name, module in names.items():
             made = Path(command.get_ext_fullpath(name))
             os.utime(made, ns=(made_of(module), made_of(module)))
@@ -110,8 +129,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
             return
         build_data.update(pure_python=False, infer_tag=True)
         if version != "editable":
-            included = {str(compiled(path)): str(compiled(path).relative_to(SOURCE)) for path in modules()}
-            build_data["force_include"].update(included)
+            build_data["force_include"].update({str(form): str(form.relative_to(SOURCE)) for form in forms()})
 
 
 def with_addresses(text: str, repository: str, site: str, version: str) -> str:
@@ -138,7 +156,7 @@ class CustomMetadataHook(MetadataHookInterface):
             "Changelog": f"{base}/blob/main/CHANGELOG.md",
             "Issues": f"{base}/issues",
         }
-        version = re.search(r'^__version__ = "(.+)"', (SOURCE / "osm2xodr" / "__init__.py").read_text("utf-8"), re.M)
+        version = re.search(r'^__version__ = "(.+)"', (SOURCE / PACKAGE / "__init__.py").read_text("utf-8"), re.M)
         assert version is not None
         text = with_addresses((ROOT / "README.md").read_text(encoding="utf-8"), base, site, f"v{version[1]}")
         metadata["readme"] = {"content-type": "text/markdown", "text": text}

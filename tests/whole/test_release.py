@@ -67,6 +67,7 @@ def test_the_wheel_has_compiled_loops_documents_and_the_manual_page(dist: tuple[
     assert {"osm2xodr/__init__.py", "osm2xodr/py.typed", "osm2xodr/fetching/elevation_models.ini"} <= names
     forms = {str(hatch_build.compiled(path).relative_to(hatch_build.SOURCE)) for path in hatch_build.modules()}
     assert (forms <= names) is hatch_build.has_compiler()
+    assert any(hatch_build.SHARED in name for name in names) is hatch_build.has_compiler()
     assert ("-none-any" in dist[1].name) is not hatch_build.has_compiler()
 
 
