@@ -29,7 +29,7 @@ from osm2xodr.model import LocalFrame
 from osm2xodr.projection import transformer_to
 from osm2xodr.surface import METHODS
 from osm2xodr.surface.grids.grid import GridFrame
-from osm2xodr.surface.grids.trend import fit_polynomial
+from osm2xodr.surface.grids.voids import fit_polynomial
 from osm2xodr.surface.mosaic import fit_trend
 from osm2xodr.surface.sampling import Layer, LayeredSurface, Trend
 

@@ -18,8 +18,7 @@ from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.viewing import PictureOptions, ReportOptions
 from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
-from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.picture.svg import draw_svg
+from osm2xodr.viewing.picture.drawing import draw_png, draw_svg
 
 
 def damaged(item: Damage, folder: Path) -> Path:

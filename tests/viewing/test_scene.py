@@ -24,8 +24,7 @@ from osm2xodr.viewing import PictureOptions, ReportOptions
 from osm2xodr.viewing.page.accuracy import station_lengths
 from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
-from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.picture.svg import draw_svg
+from osm2xodr.viewing.picture.drawing import draw_png, draw_svg
 from osm2xodr.viewing.scene import credits_of, make_scene
 
 OSM = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"

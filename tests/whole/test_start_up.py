@@ -28,8 +28,8 @@ HEAVY = {
 }
 # Chains of the standard library that nothing of a conversion needs, unless these libraries do.
 NEEDLESS = {"importlib.metadata", "email", "http", "ssl", "uuid", "xml.sax", "unittest", "asyncio", "pydoc"}
-# What this conversion was not asked for: copies of the process, cropping, a page, a list of mistakes in OSM.
-UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.python_api.files", "osm2xodr.reporting.osm_issues"}
+# What this conversion was not asked for: copies of the process, cropping, a page.
+UNASKED = {"multiprocessing", "xml.sax", "osm2xodr.python_api.files"}
 OTHER_WINGS = tuple(
     f"osm2xodr.{wing}" for wing in ("batching", "checking", "exporting", "fetching", "crop_and_merge", "viewing")
 )

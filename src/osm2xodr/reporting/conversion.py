@@ -146,7 +146,7 @@ class Conversion:
         """Return the mistakes of OpenStreetMap, GeoJSON in UTF-8."""
         if self.source is None:
             raise OptionError("osm_issues needs the map as a file, to read places from", "osm_issues")
-        from osm2xodr.reporting.osm_issues import osm_issues
+        from osm2xodr.reporting.report import osm_issues
 
         return osm_issues(self.diagnostics, self.source, self.road_map.frame)
 

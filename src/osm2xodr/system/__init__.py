@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         release_memory as release_memory,
         uninterrupted as uninterrupted,
     )
-    from osm2xodr.system.pages import is_page as is_page, plain_text as plain_text
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
     from osm2xodr.system.streams import (
         Progress as Progress,
@@ -58,7 +57,7 @@ if TYPE_CHECKING:
         stage as stage,
         time_left as time_left,
     )
-    from osm2xodr.system.xml_text import xml_stream as xml_stream
+    from osm2xodr.system.texts import is_page as is_page, plain_text as plain_text, xml_stream as xml_stream
 
 __getattr__ = lazy_exports(
     __name__,
@@ -103,7 +102,7 @@ __getattr__ = lazy_exports(
             "release_memory",
             "uninterrupted",
         ),
-        "pages": ("is_page", "plain_text"),
+        "texts": ("is_page", "plain_text", "xml_stream"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "streams": (
             "Progress",
@@ -114,6 +113,5 @@ __getattr__ = lazy_exports(
             "stage",
             "time_left",
         ),
-        "xml_text": ("xml_stream",),
     },
 )

@@ -28,8 +28,7 @@ from osm2xodr.viewing import PictureOptions, write_picture
 from osm2xodr.viewing.colours import Categories, Ramp
 from osm2xodr.viewing.picture.contents import Picture, box_of_degrees, make_picture
 from osm2xodr.viewing.picture.details import HATCHING, Line, Polygon
-from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.picture.svg import draw_svg
+from osm2xodr.viewing.picture.drawing import draw_png, draw_svg
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 # 800 pixels for 160 m: five per metre.

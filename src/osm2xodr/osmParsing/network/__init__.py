@@ -1,14 +1,13 @@
 """From ways to streets and intersections, turn restrictions and lane connectivity.
 
 Ways are cut where streets may meet (`pieces`), joined between intersections and given attributes (`streets`); one
-direction is found where it changes with time, a limit where none is given (`default_speeds`); `relations` say how one
-may drive from one to another; `country` finds the country and its driving side.
+direction is found where it changes with time; `relations` say how one may drive from one to another; `country` finds
+the country, its driving side, and limits where none is given.
 """
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.network.country import find_place
-from osm2xodr.osmParsing.network.default_speeds import with_default_speeds
+from osm2xodr.osmParsing.network.country import find_place, with_default_speeds
 from osm2xodr.osmParsing.network.pieces import (
     Pieces,
     cut_at_shared_nodes,

@@ -1,7 +1,7 @@
 """One elevation model: its file, its cells, and its quality.
 
-`raster_file` reads it (`containers` and `crs` help), `grid` finds heights in it, `quality` judges it, `voids` and
-`trend` fill it.
+`raster_file` reads it (`containers` and `crs` help), `grid` finds heights in it, `quality` judges it, `voids` fills
+it.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from osm2xodr.surface.grids.grid import (
 )
 from osm2xodr.surface.grids.quality import estimate_sigma, find_outliers, looks_covered, quantum_of, usual_sigma
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
-from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
-from osm2xodr.surface.grids.voids import fill_voids, rim_of
+from osm2xodr.surface.grids.voids import PolynomialTrend, fill_voids, fit_polynomial, rim_of, term_count
 
 __all__ = [
     "FOOT",

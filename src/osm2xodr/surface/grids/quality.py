@@ -16,8 +16,7 @@ from osm2xodr import defaults
 from osm2xodr.curves import exp, hypot, log
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids.grid import Cells, Indices, empty_cells
-from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
-from osm2xodr.surface.grids.voids import rim_of
+from osm2xodr.surface.grids.voids import PolynomialTrend, fit_polynomial, rim_of, term_count
 
 # The step of an outlier from all ground around it is larger than each of these: m, times the cell size (a grade of
 # 250 % on all sides: needles of rock have it, roads do not), and in standard errors of heights. Choices; no cell of

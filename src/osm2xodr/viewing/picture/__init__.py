@@ -8,8 +8,7 @@ from osm2xodr.opendrive import OpenDrive, read_xodr
 from osm2xodr.system import stream_to
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.contents import box_of_degrees, make_picture
-from osm2xodr.viewing.picture.png import as_png, draw_png, draw_thumbnail
-from osm2xodr.viewing.picture.svg import draw_svg
+from osm2xodr.viewing.picture.drawing import as_png, draw_png, draw_svg, draw_thumbnail
 
 __all__ = ["as_png", "box_of_degrees", "draw_thumbnail", "write_picture"]
 

@@ -1,4 +1,4 @@
-"""A picture of a road network: what is in it and where; `svg` and `png` draw it.
+"""A picture of a road network: what is in it and where; `drawing` draws it.
 
 Roads whose heights were not measured are hatched.
 """

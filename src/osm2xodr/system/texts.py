@@ -1,7 +1,8 @@
-"""XML as expat and libxml2 take it: unpacked, and with a declaration that is spelt by the book.
+"""Texts of others: XML as expat and libxml2 take it, and what servers say to people where data was asked for.
 
-Files edited by hand or written by scripts have blank lines or a licence before their declaration, or call UTF-8
-"utf8". Other readers pass over that.
+XML is unpacked, and gets a declaration that is spelt by the book: files edited by hand or written by scripts have
+blank lines or a licence before it, or call UTF-8 "utf8". Other readers pass over that. Servers answer with web pages,
+and with messages in plain text, XML or JSON.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import codecs
 import gzip
 import io
 import re
+from html import unescape
 from typing import BinaryIO, Final, NamedTuple, cast
 
 # Bytes at the start of a file in which its declaration stands.
@@ -21,6 +23,13 @@ _ENCODING: Final = re.compile(rb"""(<\?xml\s[^>]*?encoding\s*=\s*["'])([^"'>]*)"
 _BY_EXPAT: Final = frozenset({"utf-8", "utf-16", "ascii", "iso8859-1"})
 _GZIP: Final = b"\x1f\x8b"  # RFC 1952, 2.3.1
 _UTF_8: Final = (b"utf-8", b"us-ascii", b"ascii")
+
+# How much is quoted, characters: the longest message of the Overpass API about its load has some 160.
+_QUOTED: Final = 240
+_MARKUP: Final = re.compile(r"(?is)<(script|style|head)\b.*?</\1\s*>|<\?.*?\?>|<!--.*?-->|<[^>]*>")
+_TITLE: Final = re.compile(r"(?is)<title\b[^>]*>(.*?)</title")
+# Where the message begins on pages that have other sentences first, as those of the Overpass API do.
+_ERROR: Final = re.compile(r"\berror\b", re.IGNORECASE)
 
 
 class _Declared(NamedTuple):
@@ -91,3 +100,26 @@ class _Mended(io.RawIOBase):
 
     def _decoded(self, raw: bytes) -> bytes:
         return raw if self._decoder is None else self._decoder.decode(raw, final=not raw).encode()
+
+
+def is_page(head: bytes) -> bool:
+    """Return whether content begins like a web page."""
+    start = head[:1024].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
+    return start.startswith((b"<!doctype html", b"<html")) or b"<html" in start
+
+
+def plain_text(content: bytes | str) -> str:
+    """Return the beginning of what a page or a message says to people, in one line."""
+    text = content if isinstance(content, str) else content.decode("utf-8", "replace")
+    words = _one_line(_MARKUP.sub(" ", text))
+    if not words and (title := _TITLE.search(text)):
+        words = _one_line(title[1])
+    if len(words) <= _QUOTED:
+        return words
+    if found := _ERROR.search(words):
+        words = words[found.start() :]
+    return words if len(words) <= _QUOTED else words[: _QUOTED - 3].rstrip() + "..."
+
+
+def _one_line(text: str) -> str:
+    return " ".join("".join(sign if sign.isprintable() else " " for sign in unescape(text)).split())

@@ -17,7 +17,7 @@ from PIL import Image
 
 from osm2xodr.errors import InputError
 from osm2xodr.viewing import draw_thumbnail
-from osm2xodr.viewing.picture.png import as_png
+from osm2xodr.viewing.picture.drawing import as_png
 
 ROADS = """<OpenDRIVE>
  <road name="a &lt;planView&gt;" length="200" id="1" junction="-1">
