@@ -9,10 +9,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from osm2xodr.exporting.elevation import places_around, read_heights
-from osm2xodr.exporting.geojson import LAYERS, write_geojson
-from osm2xodr.exporting.lanelet2 import PROJECTORS, projector_info, write_lanelet2
-from osm2xodr.exporting.mesh import RoadMesh, material_library, road_mesh, write_glb, write_obj
+from osm2xodr.exporting.elevation import places_around as places_around, read_heights as read_heights
+from osm2xodr.exporting.geojson import LAYERS as LAYERS, write_geojson as write_geojson
+from osm2xodr.exporting.lanelet2 import (
+    PROJECTORS as PROJECTORS,
+    projector_info as projector_info,
+    write_lanelet2 as write_lanelet2,
+)
+from osm2xodr.exporting.mesh import (
+    RoadMesh as RoadMesh,
+    material_library as material_library,
+    road_mesh as road_mesh,
+    write_glb as write_glb,
+    write_obj as write_obj,
+)
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
@@ -35,18 +45,3 @@ __getattr__ = lazy_exports(
         "scene": ("MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"),
     },
 )
-
-__all__ = [
-    "LAYERS",
-    "PROJECTORS",
-    "RoadMesh",
-    "material_library",
-    "places_around",
-    "projector_info",
-    "read_heights",
-    "road_mesh",
-    "write_geojson",
-    "write_glb",
-    "write_lanelet2",
-    "write_obj",
-]

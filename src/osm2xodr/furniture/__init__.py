@@ -5,21 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from osm2xodr.furniture.options import EXTRA_OBJECTS, FurnitureOptions, parse_objects_option
+from osm2xodr.furniture.options import (
+    EXTRA_OBJECTS as EXTRA_OBJECTS,
+    FurnitureOptions as FurnitureOptions,
+    parse_objects_option as parse_objects_option,
+)
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
-
-__all__ = [
-    "EXTRA_OBJECTS",
-    "FurnitureOptions",
-    "Placed",
-    "find_furniture",
-    "parse_objects_option",
-    "with_furniture",
-    "with_islands",
-]
 
 
 @dataclass(frozen=True, slots=True)

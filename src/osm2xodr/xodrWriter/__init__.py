@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from osm2xodr.system import ByteSink
-from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions, check_date
+from osm2xodr.xodrWriter.options import VERSIONS as VERSIONS, WriteOptions as WriteOptions, check_date as check_date
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import PlanView, RoadMap
-
-__all__ = ["VERSIONS", "WriteOptions", "check_date", "plan_view_bounds", "signal_programmes", "write_xodr"]
 
 
 def write_xodr(

@@ -2,6 +2,4 @@
 
 from __future__ import annotations
 
-from osm2xodr.batching.cutting.cuts import bounds_of, cut_areas
-
-__all__ = ["bounds_of", "cut_areas"]
+from osm2xodr.batching.cutting.cuts import bounds_of as bounds_of, cut_areas as cut_areas

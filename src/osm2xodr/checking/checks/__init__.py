@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from osm2xodr.checking.checks.common import lane_index
-from osm2xodr.checking.checks.links import check_links, check_ways_on, transitions
+from osm2xodr.checking.checks.common import lane_index as lane_index
+from osm2xodr.checking.checks.links import check_links, check_ways_on, transitions as transitions
 from osm2xodr.checking.checks.phases import check_phases
 from osm2xodr.checking.checks.readers import check_misfits, check_readers
 from osm2xodr.checking.checks.references import check_references
 from osm2xodr.checking.checks.roads import check_lanes, check_plan_views, check_profiles
-from osm2xodr.checking.checks.schema import Violation, schema_violations
+from osm2xodr.checking.checks.schema import Violation as Violation, schema_violations as schema_violations
 from osm2xodr.checking.checks.surfaces import check_clearances, check_surfaces
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.system import advance
-
-__all__ = ["Violation", "check_tables", "lane_index", "schema_violations", "transitions"]
 
 
 def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:

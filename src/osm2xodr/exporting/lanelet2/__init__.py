@@ -16,11 +16,11 @@ from osm2xodr.exporting.lanelet2.document import (
     GAP_REPORTED,
     LANELETS,
     LOCAL,
-    PROJECTORS,
+    PROJECTORS as PROJECTORS,
     Primitives,
-    mark_of,
+    mark_of as mark_of,
     place,
-    projector_info,
+    projector_info as projector_info,
     write_document,
 )
 from osm2xodr.exporting.lanelet2.lanelets import Ends, add_lanelets, join_ends
@@ -28,8 +28,6 @@ from osm2xodr.exporting.lanelet2.regulatory_elements import FurnitureMaker, add_
 from osm2xodr.exporting.lanelet2.strips import cut_into_strips
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.system import ByteSink
-
-__all__ = ["PROJECTORS", "mark_of", "projector_info", "write_lanelet2"]
 
 
 def write_lanelet2(

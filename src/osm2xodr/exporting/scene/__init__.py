@@ -6,8 +6,10 @@
 
 from __future__ import annotations
 
-from osm2xodr.exporting.scene.folder import MANIFEST, SceneFormat, write_scene
-from osm2xodr.exporting.scene.model import material_of
-from osm2xodr.exporting.scene.scene import Scene, make_scene
-
-__all__ = ["MANIFEST", "Scene", "SceneFormat", "make_scene", "material_of", "write_scene"]
+from osm2xodr.exporting.scene.folder import (
+    MANIFEST as MANIFEST,
+    SceneFormat as SceneFormat,
+    write_scene as write_scene,
+)
+from osm2xodr.exporting.scene.model import material_of as material_of
+from osm2xodr.exporting.scene.scene import Scene as Scene, make_scene as make_scene

@@ -2,7 +2,5 @@
 
 from __future__ import annotations
 
-from osm2xodr.furniture.lights.nodes import cut_sections
-from osm2xodr.furniture.lights.placing import place_lights
-
-__all__ = ["cut_sections", "place_lights"]
+from osm2xodr.furniture.lights.nodes import cut_sections as cut_sections
+from osm2xodr.furniture.lights.placing import place_lights as place_lights

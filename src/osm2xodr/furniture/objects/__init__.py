@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from osm2xodr.furniture.objects.bus_stops import bus_stop_objects
-from osm2xodr.furniture.objects.calming import calming_objects, crossing_objects, island_objects
-from osm2xodr.furniture.objects.crossings import find_crossings, rail_crossing_objects
+from osm2xodr.furniture.objects.calming import calming_objects, crossing_objects, island_objects as island_objects
+from osm2xodr.furniture.objects.crossings import find_crossings as find_crossings, rail_crossing_objects
 from osm2xodr.furniture.objects.road_marks import arrows, mini_roundabouts, stop_lines
 from osm2xodr.furniture.objects.roadside_things import line_objects, point_objects, tram_objects
-from osm2xodr.furniture.objects.structures import place_structures
+from osm2xodr.furniture.objects.structures import place_structures as place_structures
 from osm2xodr.furniture.world import Approach, Crossing, RailStop, RoadsideFinder, Stop, World
 from osm2xodr.model import RoadObject
-
-__all__ = ["find_crossings", "island_objects", "place_objects", "place_structures"]
 
 
 def place_objects(

@@ -13,8 +13,6 @@ from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns, priority_post
 from osm2xodr.furniture.world import Approach, Crossing, RailStop, Stop, World
 from osm2xodr.model import Signal, SignFace
 
-__all__ = ["PlacedSigns", "place_signs"]
-
 
 @dataclass(frozen=True, slots=True)
 class PlacedSigns:

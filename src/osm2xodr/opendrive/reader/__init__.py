@@ -2,7 +2,5 @@
 
 from __future__ import annotations
 
-from osm2xodr.opendrive.reader.document import read_xodr, tables_of
-from osm2xodr.opendrive.reader.roads import first_index
-
-__all__ = ["first_index", "read_xodr", "tables_of"]
+from osm2xodr.opendrive.reader.document import read_xodr as read_xodr, tables_of as tables_of
+from osm2xodr.opendrive.reader.roads import first_index as first_index

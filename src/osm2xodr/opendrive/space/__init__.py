@@ -9,47 +9,31 @@ records change, as at the end of a lane section after which the lane offset jump
 
 from __future__ import annotations
 
-from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on, refuse_crowds
-from osm2xodr.opendrive.space.georeference import Frame, frame_of
-from osm2xodr.opendrive.space.positions import (
-    curvature,
-    elevation,
-    grade,
-    lane_borders,
-    lane_middles,
-    lane_offset,
-    points_beside,
-    pose,
-    record_lengths,
-    section_at,
-    speed_limits,
-    superelevation,
-    surface_points,
+from osm2xodr.opendrive.space.finder import (
+    Places as Places,
+    RoadFinder as RoadFinder,
+    places_on as places_on,
+    refuse_crowds as refuse_crowds,
 )
-from osm2xodr.opendrive.space.sampling import Ribbons, Stations, lane_ribbons, sample_roads
-
-__all__ = [
-    "Frame",
-    "Places",
-    "Ribbons",
-    "RoadFinder",
-    "Stations",
-    "curvature",
-    "elevation",
-    "frame_of",
-    "grade",
-    "lane_borders",
-    "lane_middles",
-    "lane_offset",
-    "lane_ribbons",
-    "places_on",
-    "points_beside",
-    "pose",
-    "record_lengths",
-    "refuse_crowds",
-    "sample_roads",
-    "section_at",
-    "speed_limits",
-    "superelevation",
-    "surface_points",
-]
+from osm2xodr.opendrive.space.georeference import Frame as Frame, frame_of as frame_of
+from osm2xodr.opendrive.space.positions import (
+    curvature as curvature,
+    elevation as elevation,
+    grade as grade,
+    lane_borders as lane_borders,
+    lane_middles as lane_middles,
+    lane_offset as lane_offset,
+    points_beside as points_beside,
+    pose as pose,
+    record_lengths as record_lengths,
+    section_at as section_at,
+    speed_limits as speed_limits,
+    superelevation as superelevation,
+    surface_points as surface_points,
+)
+from osm2xodr.opendrive.space.sampling import (
+    Ribbons as Ribbons,
+    Stations as Stations,
+    lane_ribbons as lane_ribbons,
+    sample_roads as sample_roads,
+)

@@ -2,6 +2,4 @@
 
 from __future__ import annotations
 
-from osm2xodr.viewing.page.html import write_report
-
-__all__ = ["write_report"]
+from osm2xodr.viewing.page.html import write_report as write_report

@@ -7,10 +7,8 @@ from pathlib import Path
 from osm2xodr.opendrive import OpenDrive, read_xodr
 from osm2xodr.system import stream_to
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.viewing.picture.contents import box_of_degrees, make_picture
-from osm2xodr.viewing.picture.drawing import as_png, draw_png, draw_svg, draw_thumbnail
-
-__all__ = ["as_png", "box_of_degrees", "draw_thumbnail", "write_picture"]
+from osm2xodr.viewing.picture.contents import box_of_degrees as box_of_degrees, make_picture
+from osm2xodr.viewing.picture.drawing import as_png as as_png, draw_png, draw_svg, draw_thumbnail as draw_thumbnail
 
 
 def write_picture(source: Path | OpenDrive, out: Path, options: PictureOptions, kind: str) -> int:
