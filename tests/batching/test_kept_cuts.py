@@ -24,7 +24,7 @@ from osm2xodr.batching import (
     run_batch,
     workflow,
 )
-from osm2xodr.batching.cutting.cuts import Target, write_targets
+from osm2xodr.batching.cutting import Target, write_targets
 from osm2xodr.batching.cutting.source import Source
 from osm2xodr.batching.model import CutRequest, Result
 from osm2xodr.cli import main
@@ -169,24 +169,24 @@ def test_other_outlines_and_ways_are_cut_anew_and_what_nobody_wants_is_removed(m
 
 def test_what_is_half_cut_is_not_taken_for_whole(maps: Maps, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk is full after the first group of areas."""
-    monkeypatch.setattr("osm2xodr.batching.cutting.cuts._OPEN_MAX", 1)
+    monkeypatch.setattr("osm2xodr.batching.cutting._OPEN_MAX", 1)
     original = write_targets
 
     def full(source: Source, targets: Sequence[Target]) -> None:
         original(source, targets)
-        monkeypatch.setattr("osm2xodr.batching.cutting.cuts.write_targets", fails)
+        monkeypatch.setattr("osm2xodr.batching.cutting.write_targets", fails)
 
     def fails(*given: object) -> None:
         raise OutputError("the disk is full")
 
-    monkeypatch.setattr("osm2xodr.batching.cutting.cuts.write_targets", full)
+    monkeypatch.setattr("osm2xodr.batching.cutting.write_targets", full)
     with open_out_dir(maps.out) as out:
         areas = [outlined(Area(name, maps.osm, (), (), (ring,))) for name, ring in (("all", ALL), ("west", WEST))]
         found = run_batch(areas, out, BatchOptions(Workers("")), Diagnostics(), maps.counter)
     assert [item.status for item in found] == [Status.FAILED, Status.FAILED]
     assert maps.counter.said == [("begin", 2), ("settle", 0, 0), ("settle", 2, 2)]
     assert maps.kept() == ["all.json", "all.osm.pbf"]
-    monkeypatch.setattr("osm2xodr.batching.cutting.cuts.write_targets", original)
+    monkeypatch.setattr("osm2xodr.batching.cutting.write_targets", original)
     (maps.out / ".cuts" / "west.osm.pbf.part").touch()
     assert maps.run(all=ALL, west=WEST) == ["west"]
     assert ".part" not in " ".join(maps.kept())

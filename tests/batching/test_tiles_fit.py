@@ -177,7 +177,7 @@ def test_a_tile_is_what_convert_makes_of_its_cut(tiles: Path, tmp_path: Path) ->
 
 
 def test_the_second_time_nothing_is_read_or_made(tiles: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from osm2xodr.batching.cutting import cuts as cutting
+    from osm2xodr.batching import cutting
 
     def never(*arguments: object) -> None:
         raise AssertionError("the map was read again")

@@ -12,7 +12,7 @@ from street_cases import Case
 
 from osm2xodr.conventions.targets import DEFAULT_TARGET, TARGETS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.lights.placing import Lights, place_lights
+from osm2xodr.furniture.lights import Lights, place_lights
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.approaches import find_approaches
 from osm2xodr.furniture.world.lane_table import LaneTable

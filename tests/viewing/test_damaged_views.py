@@ -16,7 +16,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.viewing import PictureOptions, ReportOptions
-from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.page import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.drawing import draw_png, draw_svg
 

@@ -22,7 +22,7 @@ from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space import surface_points
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, ReportOptions, write_report
-from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.page import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.drawing import draw_png
 from osm2xodr.viewing.scene import Scene, make_scene

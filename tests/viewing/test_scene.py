@@ -21,8 +21,8 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.opendrive.space import elevation, pose, surface_points
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions, ReportOptions
+from osm2xodr.viewing.page import make_report
 from osm2xodr.viewing.page.accuracy import station_lengths
-from osm2xodr.viewing.page.html import make_report
 from osm2xodr.viewing.picture.contents import make_picture
 from osm2xodr.viewing.picture.drawing import draw_png, draw_svg
 from osm2xodr.viewing.scene import credits_of, make_scene

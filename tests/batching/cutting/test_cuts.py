@@ -14,8 +14,8 @@ from osm_builder import LAT_0, LON_0, Area, write_osm
 from riverside import RIVERSIDE, ROADS_ALONE, SIDE, WITH_SURROUNDINGS
 
 from osm2xodr import projection
-from osm2xodr.batching.cutting import cuts as cutting, source as cut_source
-from osm2xodr.batching.cutting.cuts import bounds_of, cut_areas
+from osm2xodr.batching import cutting
+from osm2xodr.batching.cutting import bounds_of, cut_areas, source as cut_source
 from osm2xodr.batching.model import CutRequest
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OutputError

@@ -16,7 +16,8 @@ from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import Rule
-from osm2xodr.opendrive.reader import document as reading, nodes, read_xodr
+from osm2xodr.opendrive import reader as reading
+from osm2xodr.opendrive.reader import nodes, read_xodr
 from osm2xodr.opendrive.reader.nodes import find_parts
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 

@@ -21,7 +21,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.opendrive.space import frame_of
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import ReportOptions, write_report
-from osm2xodr.viewing.page.html import _as_json, _compressed, make_report
+from osm2xodr.viewing.page import _as_json, _compressed, make_report
 
 
 def report_of(source: Path | OpenDrive, **options: Any) -> bytes:
