@@ -26,7 +26,7 @@ _PREFIX: Final = "osm2xodr-"
 _ELEMENT: Final = re.compile(r"(way|node|relation)/(-?\d{1,18})", re.ASCII)
 _ID: Final = re.compile(r"-?\d{1,18}", re.ASCII)
 # Properties of features that name the element, and those of `--osm-issues` and of notes, which say nothing else.
-_NAMES: Final = ("osm", "@id", "id")
+_ELEMENT_NAMES: Final = ("osm", "@id", "id")
 _COMMENTS: Final = frozenset({"note", "code", "kind", "message", "url"})
 
 
@@ -185,11 +185,11 @@ def _geojson(path: Path, text: str) -> _Elements:
         given = feature.get("properties") if isinstance(feature, dict) else None
         properties = given if isinstance(given, dict) else {}
         # Tables of programs have a column for each key, empty where there is nothing to say.
-        keys = {key: value for key, value in properties.items() if value is not None and key not in _NAMES}
+        keys = {key: value for key, value in properties.items() if value is not None and key not in _ELEMENT_NAMES}
         keys = {key: value for key, value in keys.items() if key not in _COMMENTS}
         if not keys:
             continue
-        name = next((properties[key] for key in _NAMES if properties.get(key) is not None), None)
+        name = next((properties[key] for key in _ELEMENT_NAMES if properties.get(key) is not None), None)
         match = _ELEMENT.fullmatch(name) if isinstance(name, str) else None
         where = f"{path}, feature {place}"
         if match is None:

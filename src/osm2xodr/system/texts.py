@@ -15,7 +15,7 @@ from html import unescape
 from typing import BinaryIO, Final, NamedTuple, cast
 
 # Bytes at the start of a file in which its declaration stands.
-_HEAD: Final = 1 << 16
+_DECLARATION_IN: Final = 1 << 16
 # What files have before it; XML allows nothing there (XML 1.0, 2.8).
 _BEFORE: Final = re.compile(rb"(?:\s|<!--.*?-->)+(?=<\?xml\s)", re.DOTALL)
 _ENCODING: Final = re.compile(rb"""(<\?xml\s[^>]*?encoding\s*=\s*["'])([^"'>]*)""")
@@ -49,7 +49,7 @@ def xml_stream(stream: BinaryIO) -> BinaryIO:
         packed = stream.read(len(_GZIP)) == _GZIP
         stream.seek(0)
         stream = cast("BinaryIO", gzip.GzipFile(fileobj=stream, mode="rb")) if packed else stream
-    head = stream.read(_HEAD)
+    head = stream.read(_DECLARATION_IN)
     found = _declared(head)
     if found == (head, None) and stream.seekable():
         stream.seek(0)

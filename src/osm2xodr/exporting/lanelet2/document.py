@@ -32,7 +32,7 @@ PROJECTORS: Final = (LOCAL, MGRS)
 # Reference Systems, 2014, chapter 3.
 _SQUARE: Final = 100_000.0
 _BANDS: Final = "CDEFGHJKLMNPQRSTUVWX"
-_COLUMNS: Final = ("STUVWXYZ", "ABCDEFGH", "JKLMNPQR")
+_GRID_COLUMNS: Final = ("STUVWXYZ", "ABCDEFGH", "JKLMNPQR")
 _ROWS: Final = "ABCDEFGHJKLMNPQRSTUV"
 _BAND_HEIGHT_DEG: Final = 8.0
 _ZONE_WIDTH_DEG: Final = 6.0
@@ -67,16 +67,16 @@ _UNKNOWN_PLACE: Final = frozenset({"", "unknown"})
 
 # Road marks: type and subtype of the bound, and whether one may change lanes to the left and to the right of it,
 # along s, where the mark does not say. Marks that are not listed are solid.
-_LINE: Final = "line_thin"
+_THIN_LINE: Final = "line_thin"
 _MARKS: Final = {
-    "broken": (_LINE, "dashed", True, True),
-    "broken broken": (_LINE, "dashed", True, True),
-    "botts dots": (_LINE, "dashed", True, True),
-    "solid": (_LINE, "solid", False, False),
-    "solid solid": (_LINE, "solid_solid", False, False),
+    "broken": (_THIN_LINE, "dashed", True, True),
+    "broken broken": (_THIN_LINE, "dashed", True, True),
+    "botts dots": (_THIN_LINE, "dashed", True, True),
+    "solid": (_THIN_LINE, "solid", False, False),
+    "solid solid": (_THIN_LINE, "solid_solid", False, False),
     # Who is on the side of the broken line may cross it.
-    "solid broken": (_LINE, "solid_dashed", True, False),
-    "broken solid": (_LINE, "dashed_solid", False, True),
+    "solid broken": (_THIN_LINE, "solid_dashed", True, False),
+    "broken solid": (_THIN_LINE, "dashed_solid", False, True),
     "curb": ("curbstone", "high", False, False),
     "grass": ("road_border", "", False, False),
     "edge": ("road_border", "", False, False),
@@ -297,7 +297,7 @@ def _grid(lat: FloatArray, lon: FloatArray) -> tuple[FloatArray, FloatArray, str
     column = math.floor((east.min() + east.max()) / 2 / _SQUARE)
     row = math.floor((north.min() + north.max()) / 2 / _SQUARE)
     # Rows of even zones begin five letters later.
-    letters = _COLUMNS[zone % 3][column - 1] + _ROWS[(row + (0 if zone % 2 else 5)) % len(_ROWS)]
+    letters = _GRID_COLUMNS[zone % 3][column - 1] + _ROWS[(row + (0 if zone % 2 else 5)) % len(_ROWS)]
     return east - column * _SQUARE, north - row * _SQUARE, f"{zone}{band}{letters}"
 
 

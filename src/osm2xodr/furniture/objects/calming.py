@@ -17,7 +17,7 @@ from osm2xodr.model import VEHICLE_LANES, LaneType, RoadMap, RoadObject
 
 # Length along the road and height by OSM's value, m. Humps and tables: Highways (Road Hump) Regulations 1999 (at most
 # 0.1 m high) and FHWA Traffic Calming ePrimer (humps of 12 ft, tables of 22 ft); all others: choices.
-_SIZES: Final = {
+_CALMING_SIZES: Final = {
     "bump": (0.6, 0.08),
     "mini_bumps": (0.3, 0.04),
     "hump": (3.7, 0.08),
@@ -68,9 +68,9 @@ def calming_objects(world: World) -> list[RoadObject]:
 
 def _calming_objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:
     """Make the objects of one node, or return why there are none."""
-    if kind != "island" and kind not in _SIZES:
+    if kind != "island" and kind not in _CALMING_SIZES:
         return "it changes the carriageway, which follows the lanes"
-    length = _ISLAND_LENGTH if kind == "island" else _SIZES[kind][0]
+    length = _ISLAND_LENGTH if kind == "island" else _CALMING_SIZES[kind][0]
     outside = (place for place in here if place.road >= 0 and 0.0 <= place.s <= world.lanes.length(place.road))
     place = next(outside, None)
     if place is None:
@@ -104,7 +104,7 @@ def _across(world: World, kind: str, road: int, s: float) -> list[tuple[float, f
 
 
 def _patch(world: World, kind: str, road: int, s: float, left: float, right: float, osm_id: str) -> RoadObject:
-    length, height = _SIZES[kind]
+    length, height = _CALMING_SIZES[kind]
     patch = world.object_at(road, ("patch", kind, kind.replace("_", " ")), s, 0.5 * (left + right), osm_id)
     return replace(patch, length=length, width=left - right, height=height)
 

@@ -36,9 +36,9 @@ _SHARED: Final = 0.5
 # OpenDRIVE's type and subtype, and a name; height and radius, m. Heads hang at 2.1 m and more (RiLSA), booms turn on
 # machines of about 1.1 m; radii are choices.
 _LIGHT: Final = (("pole", "", "level crossing light"), 3.0, 0.15)
-_BARRIER: Final = (("barrier", "", "level crossing barrier"), 1.1, 0.2)
+_RAIL_BARRIER: Final = (("barrier", "", "level crossing barrier"), 1.1, 0.2)
 # Lights stand this far behind the sign, as traffic meets them, barriers twice as far, m; a choice.
-_STEP: Final = 0.8
+_BEHIND_SIGN: Final = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,9 +333,9 @@ def rail_crossing_objects(world: World, stops: Sequence[RailStop]) -> list[RoadO
         if stop.crossing.lights:
             out.append(_beside(world, stop, near, 1, _LIGHT))
         if stop.crossing.barriers:
-            out.append(_beside(world, stop, near, 2, _BARRIER))
+            out.append(_beside(world, stop, near, 2, _RAIL_BARRIER))
         if stop.crossing.barriers == "full":
-            out.append(_beside(world, stop, -near, 2, _BARRIER))
+            out.append(_beside(world, stop, -near, 2, _RAIL_BARRIER))
     return out
 
 
@@ -343,7 +343,7 @@ def _beside(
     world: World, stop: RailStop, side: float, steps: int, what: tuple[tuple[str, str, str], float, float]
 ) -> RoadObject:
     words, height, radius = what
-    s = stop.s + steps * (_STEP if stop.along else -_STEP)
+    s = stop.s + steps * (_BEHIND_SIGN if stop.along else -_BEHIND_SIGN)
     s = min(max(s, 0.0), world.lanes.length(stop.road))
     left, right = world.lanes.carriageway(stop.road, s)
     t = (left if side > 0.0 else right) + side * (defaults.SIGN_CLEARANCE + radius)

@@ -51,7 +51,7 @@ _CELL: Final = 64.0
 # Number of columns of cells; a cell's key is its column times this plus its row.
 _COLUMNS: Final = 1 << 24
 # How far a post may be from the reference line of a road on which it stands, m: half of a very wide road.
-_REACH: Final = 25.0
+_POST_REACH: Final = 25.0
 # Rounding of distances, m.
 _DISTANCE_ROUNDING: Final = 1e-6
 
@@ -243,7 +243,7 @@ class PostClearance:
         own = np.array([world.lanes.index(road) for road, *_ in places], np.int64)
         s, t = np.array([s for _, s, _ in places]), np.array([t for *_, t in places])
         x, y, _ = pose(plan, own, s)
-        point, curve, at, lateral, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _REACH)
+        point, curve, at, lateral, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _POST_REACH)
         # Roads that the place lies beside, not before their start or beyond their end, and on the same level.
         near = (curve != own[point]) & (far <= np.abs(lateral) + _DISTANCE_ROUNDING)
         elevation = world.road_map.elevation

@@ -57,7 +57,7 @@ _MEDIAN_MAX: Final = 25.0
 _NEIGHBOURS: Final = 8
 
 # Values of OSM's ``highway`` of carriageways with hard shoulders. Ramps have narrow ones or none.
-_CLASSES: Final = frozenset({"motorway"})
+_SHOULDER_CLASSES: Final = frozenset({"motorway"})
 # The turns of lanes that go through. Exit and entry lanes take the place of the shoulder.
 _THROUGH: Final = frozenset({"through", "none"})
 # An exit lane without turns before the piece that tells them began at an entry, if at all, at most this far back, m.
@@ -284,7 +284,11 @@ def _near_lane(piece: StreetAttributes, rule: Rule) -> LaneSpec:
 
 def _may_have_one(piece: StreetAttributes, rule: Rule) -> bool:
     """Whether a piece is a motorway's carriageway, not in a tunnel, without other strips at its near side."""
-    if piece.highway not in _CLASSES or piece.structure is Structure.TUNNEL or len(piece.car_directions()) != 1:
+    if (
+        piece.highway not in _SHOULDER_CLASSES
+        or piece.structure is Structure.TUNNEL
+        or len(piece.car_directions()) != 1
+    ):
         return False
     margin = piece.margin_right if _on_right(piece, rule) else piece.margin_left
     return not margin and _near_lane(piece, rule).type is LaneType.DRIVING

@@ -48,7 +48,7 @@ _RESIDENTIAL: Final = frozenset({"residential", "living_street"})
 # And what makes the grid of a town with them; primary roads and faster ones have several carriageways in the country.
 _STREETS: Final = _RESIDENTIAL | {"unclassified", "tertiary", "secondary"}
 # Distance of the points at which it is measured, m: a quarter of a cell.
-_SPACING: Final = 25.0
+_DENSITY_SPACING: Final = 25.0
 # Side of the cells, m; a place is judged by three by three of them, 9 ha: about a block on each side. A choice.
 _CELL: Final = 100.0
 _WINDOW_HA: Final = (3.0 * _CELL) ** 2 / 1e4
@@ -144,7 +144,7 @@ def street_densities(points: FloatArray, counts: IntArray, ways: IntArray, highw
     `points` (n, 2) are the nodes of all pieces of ways, piece after piece, m; `counts` (m,) the number of nodes and
     `ways` (m,) the way of each piece, `highways` the class of each way.
     """
-    lines = sample_lines(points, counts, _SPACING)
+    lines = sample_lines(points, counts, _DENSITY_SPACING)
     way = np.repeat(ways, counts)[lines.node]
     column, row = np.floor(lines.points / _CELL).astype(np.int64).T
     cell = column * _ROW + row

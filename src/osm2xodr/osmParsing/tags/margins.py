@@ -104,10 +104,10 @@ _PLACES: Final = {
     "lay_by": STREET_SIDE,
 }
 # No parking, or none that is part of the road.
-_NONE: Final = frozenset(
+_NO_PARKING: Final = frozenset(
     {"no", "none", "separate", "no_parking", "no_stopping", "no_standing", "fire_lane", "not_applicable"}
 )
-_CODE: Final = "parking"
+_PARKING_CODE: Final = "parking"
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,30 +330,30 @@ def read_parking(tags: Tags, side: str, findings: Findings) -> Parking | None:
         return None
     if new is not None and old is not None and (new[0] == "") != (old[0] == ""):
         words = "parking:lane contradicts the newer tags of parking, which are taken"
-        add_once(findings, Kind.REPAIRED, _CODE, words)
+        add_once(findings, Kind.REPAIRED, _PARKING_CODE, words)
     place, orientation = new or old or ("", "")
     if not place:
         return None
     if new and not orientation and old:
         orientation = old[1]
     if not orientation:
-        add_once(findings, Kind.GUESSED, _CODE, "no orientation of parking given, parallel assumed")
+        add_once(findings, Kind.GUESSED, _PARKING_CODE, "no orientation of parking given, parallel assumed")
     keys = [f"{key}:{name}:width" for key in (_NEW, _OLD) for name in (side, "both")]
-    width = width_of_side(tags, keys, _CODE, findings)
+    width = width_of_side(tags, keys, _PARKING_CODE, findings)
     return Parking(place, width or PARKING_WIDTH[orientation or "parallel"], width is not None)
 
 
 def _newer(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
     """Return place and orientation in the newer scheme, "" for none; None where it is not used."""
     for name in (f"{_NEW}:{side}", f"{_NEW}:both"):
-        value = _first(tags, name, (*_PLACES, *_NONE, "yes"), findings)
+        value = _first(tags, name, (*_PLACES, *_NO_PARKING, "yes"), findings)
         if value is None:
             continue
-        if value in _NONE:
+        if value in _NO_PARKING:
             return "", ""
         if value == "yes":
             words = f"{name}=yes does not say where cars stand, on the carriageway assumed"
-            add_once(findings, Kind.GUESSED, _CODE, words)
+            add_once(findings, Kind.GUESSED, _PARKING_CODE, words)
         names = (f"{_NEW}:{side}:orientation", f"{_NEW}:both:orientation")
         orientation = next((found for key in names if (found := _first(tags, key, _ORIENTATIONS, findings))), "")
         return _PLACES.get(value, LANE), _ORIENTATIONS.get(orientation, "")
@@ -363,10 +363,10 @@ def _newer(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
 def _older(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
     """Return place and orientation in the older scheme, "" for none; None where it is not used."""
     for name in (f"{_OLD}:{side}", f"{_OLD}:both"):
-        value = _first(tags, name, (*_ORIENTATIONS, *_NONE, *_UNORIENTED), findings)
+        value = _first(tags, name, (*_ORIENTATIONS, *_NO_PARKING, *_UNORIENTED), findings)
         if value is None:
             continue
-        if value in _NONE:
+        if value in _NO_PARKING:
             return "", ""
         names = (f"{_OLD}:{side}:{value}", f"{_OLD}:both:{value}")
         place = next((found for key in names if (found := _first(tags, key, _PLACES, findings))), "lane")
@@ -381,7 +381,7 @@ def _first(tags: Tags, name: str, known: Sequence[str] | dict[str, str], finding
         return None
     value = next((part.strip() for part in text.split(";") if part.strip() in known), None)
     if value is None:
-        add_once(findings, Kind.DROPPED, _CODE, f"{name}={text} is not known and is ignored")
+        add_once(findings, Kind.DROPPED, _PARKING_CODE, f"{name}={text} is not known and is ignored")
     elif value != text:
-        add_once(findings, Kind.GUESSED, _CODE, f"{name}={text} taken for {value}")
+        add_once(findings, Kind.GUESSED, _PARKING_CODE, f"{name}={text} taken for {value}")
     return value

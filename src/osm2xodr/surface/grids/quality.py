@@ -21,7 +21,7 @@ from osm2xodr.surface.grids.voids import PolynomialTrend, fit_polynomial, rim_of
 # The step of an outlier from all ground around it is larger than each of these: m, times the cell size (a grade of
 # 250 % on all sides: needles of rock have it, roads do not), and in standard errors of heights. Choices; no cell of
 # 17 models of 10 to 90 m has it.
-_STEP: Final = 30.0
+_OUTLIER_STEP: Final = 30.0
 _STEP_GRADE: Final = 2.5
 _STEP_SIGMAS: Final = 8.0
 # Patches are outliers if they also differ from the polynomial trend by this many standard deviations, or have a
@@ -110,7 +110,7 @@ def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> tuple[B
     the window by 6 standard deviations, or have the window's lowest or highest height throughout, as fillings do.
     Hills, ridges, cliffs, canyons and shores do neither.
     """
-    step = max(_STEP, _STEP_GRADE * cell_size, _STEP_SIGMAS * usual_sigma(cell_size))
+    step = max(_OUTLIER_STEP, _STEP_GRADE * cell_size, _STEP_SIGMAS * usual_sigma(cell_size))
     mask = np.zeros(z.shape, bool)
     rows = max(1, _STRIP_CELLS // max(z.shape[1], 1))
     for first in range(0, z.shape[0], rows):

@@ -32,7 +32,7 @@ from osm2xodr.viewing.scene import Scene
 
 # Distance of points along ways, m; how far beside a lane a point still counts as on it, m (a way drawn on the kerb);
 # how far the directions of a way and of its road may differ, rad (30 degrees).
-_SPACING: Final = 10.0
+_WAY_SPACING: Final = 10.0
 _SLACK: Final = 1.0
 _ANGLE: Final = 0.5236
 # A map whose every way lies farther from all roads than this is one of another place, m: a choice.
@@ -142,7 +142,7 @@ def _points(ways: list[RawWay], nodes: RawNodes, frame: Frame) -> _Points:
         length = np.concatenate(([0.0], np.cumsum(np.hypot(dx, dy))))
         if len(px) < 2 or length[-1] <= 0.0:
             continue
-        pieces = max(1, int(np.ceil(length[-1] / _SPACING)))
+        pieces = max(1, int(np.ceil(length[-1] / _WAY_SPACING)))
         middle = (np.arange(pieces) + 0.5) * length[-1] / pieces
         segment = np.clip(np.searchsorted(length, middle, "right") - 1, 0, len(dx) - 1)
         at_x, at_y = np.interp(middle, length, px), np.interp(middle, length, py)

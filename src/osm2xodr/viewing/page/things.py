@@ -61,7 +61,7 @@ _COARSE_STEP: Final = 40.0
 # Borders of tiles are corners of the ground, m: there are no tiles in a page.
 _TILE: Final = 1e5
 # Whole numbers of the page's meshes, m.
-_STEP: Final = 0.01
+_MESH_STEP: Final = 0.01
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -290,9 +290,9 @@ def _built(
         meshes.append([layer, material, look.colour, look.roughness, len(vertices), len(faces)])
     x, y, z = np.concatenate(places).T
     arrays = {
-        "body_x": quantised(x - origin[0], _STEP),
-        "body_y": quantised(y - origin[1], _STEP),
-        "body_z": quantised(z, _STEP),
+        "body_x": quantised(x - origin[0], _MESH_STEP),
+        "body_y": quantised(y - origin[1], _MESH_STEP),
+        "body_z": quantised(z, _MESH_STEP),
         "body_face": np.concatenate(corners).ravel().astype(np.int32),
     }
     return Bodies(meshes, arrays, tuple(f"View in 3D: {note}." for note in scene.notes))

@@ -43,14 +43,14 @@ _REACH: Final = 20
 _SAMPLES: Final = 3
 _MOST_SAMPLES: Final = 150_000_000
 # Colours of small pictures, which have few.
-_SHADES: Final = 8
+_THUMBNAIL_SHADES: Final = 8
 _ANCHORS: Final = {"start": "ls", "middle": "ms", "end": "rs"}
 
 # Width and height, pixels, and the share of them that is margin on each side.
-_SIDE: Final = 80
+_THUMBNAIL_SIDE: Final = 80
 _MARGIN: Final = 0.04
 # Width of roads, and of roads through junctions, pixels.
-_WIDTHS: Final = (1.0, 0.7)
+_THUMBNAIL_WIDTHS: Final = (1.0, 0.7)
 _NUMBER: Final = rb'="([-+.\deE]+)"'
 _RECORD: Final = re.compile(
     rb"<geometry s" + _NUMBER + rb" x" + _NUMBER + rb" y" + _NUMBER + rb" hdg" + _NUMBER + rb" length" + _NUMBER
@@ -232,7 +232,7 @@ def draw_png(picture: Picture) -> bytes:
 
 def shapes_as_png(shapes: Iterable[Shape], width: int, height: int) -> bytes:
     """Return shapes alone, in pixels, as PNG; the same shapes give the same bytes."""
-    return _encoded(_drawn(shapes, width, height, 0.0).quantize(_SHADES))
+    return _encoded(_drawn(shapes, width, height, 0.0).quantize(_THUMBNAIL_SHADES))
 
 
 def _drawn(shapes: Iterable[Shape], width: int, height: int, outline_width: float) -> Image.Image:
@@ -303,13 +303,16 @@ def draw_thumbnail(xodr: Path) -> bytes:
     if not len(through):
         raise InputError(f"{xodr} has no roads that can be drawn; give a file that osm2xodr wrote")
     low, high = corners.min(axis=0), corners.max(axis=0)
-    scale = _SIDE * (1.0 - 2.0 * _MARGIN) / max(float((high - low).max()), 1.0)
-    pixels = 0.5 * _SIDE + scale * (corners - 0.5 * (low + high)) * (1.0, -1.0)
+    scale = _THUMBNAIL_SIDE * (1.0 - 2.0 * _MARGIN) / max(float((high - low).max()), 1.0)
+    pixels = 0.5 * _THUMBNAIL_SIDE + scale * (corners - 0.5 * (low + high)) * (1.0, -1.0)
     # Roads lie over the ways through junctions.
     order = np.argsort(~through, kind="stable").tolist()
     begin, end = start[:-1].tolist(), start[1:].tolist()
-    shapes = [Line(pixels[begin[k] : end[k]], SOFT if through[k] else INK, _WIDTHS[int(through[k])]) for k in order]
-    return shapes_as_png(shapes, _SIDE, _SIDE)
+    shapes = [
+        Line(pixels[begin[k] : end[k]], SOFT if through[k] else INK, _THUMBNAIL_WIDTHS[int(through[k])])
+        for k in order
+    ]
+    return shapes_as_png(shapes, _THUMBNAIL_SIDE, _THUMBNAIL_SIDE)
 
 
 def _lines(text: bytes) -> tuple[BoolArray, FloatArray, IntArray]:
