@@ -41,35 +41,34 @@ def test_a_file_is_downloaded_once(server: WebServer, tmp_path: Path) -> None:
     url = server.serve_file("/map.osm.pbf", CONTENT)
     for _ in range(2):
         found = download(connection(), wanted(url), tmp_path / "cache", DAY)
-        assert found.path.read_bytes() == CONTENT
-        assert found.path.name.endswith("-map.osm.pbf")
-        assert time.time() - found.fetched < 60.0
+        assert found.read_bytes() == CONTENT
+        assert found.name.endswith("-map.osm.pbf")
     assert len(server.requests) == 1
-    assert list((tmp_path / "cache").iterdir()) == [found.path]
+    assert list((tmp_path / "cache").iterdir()) == [found]
 
 
 def test_old_files_are_fetched_anew(server: WebServer, tmp_path: Path) -> None:
     url = server.serve_file("/map", CONTENT)
     found = download(connection(), wanted(url), tmp_path, DAY)
-    os.utime(found.path, (time.time() - 2 * DAY,) * 2)
+    os.utime(found, (time.time() - 2 * DAY,) * 2)
     server.serve_file("/map", CONTENT + b"new")
-    assert download(connection(), wanted(url), tmp_path, 3 * DAY).path.read_bytes() == CONTENT
-    assert download(connection(), wanted(url), tmp_path, DAY).path.read_bytes() == CONTENT + b"new"
+    assert download(connection(), wanted(url), tmp_path, 3 * DAY).read_bytes() == CONTENT
+    assert download(connection(), wanted(url), tmp_path, DAY).read_bytes() == CONTENT + b"new"
 
 
 def test_files_of_the_same_name_are_kept_apart(server: WebServer, tmp_path: Path) -> None:
     one = server.serve_file("/a/map", CONTENT)
     other = server.serve_file("/b/map", CONTENT + b"other")
-    assert download(connection(), wanted(one), tmp_path, DAY).path.read_bytes() == CONTENT
-    assert download(connection(), wanted(other), tmp_path, DAY).path.read_bytes() == CONTENT + b"other"
+    assert download(connection(), wanted(one), tmp_path, DAY).read_bytes() == CONTENT
+    assert download(connection(), wanted(other), tmp_path, DAY).read_bytes() == CONTENT + b"other"
 
 
 def test_names_stay_in_the_folder(server: WebServer, tmp_path: Path) -> None:
     for path in ("/..%2F..%2Fevil", "/a/.hidden", "/", "/" + "x" * 3000):
         server.serve_file(path.replace("%2F", "/"), CONTENT)
         found = download(connection(), wanted(server.url + path), tmp_path / "cache", DAY)
-        assert found.path.parent == tmp_path / "cache"
-        assert not found.path.name.startswith(".")
+        assert found.parent == tmp_path / "cache"
+        assert not found.name.startswith(".")
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
 
 
@@ -77,7 +76,7 @@ def test_it_goes_on_where_the_connection_was_cut(server: WebServer, tmp_path: Pa
     cut = [lambda request: part_of(CONTENT, request, cut=100_000)] * 3
     url = server.serve_file("/map", CONTENT, *cut)
     found = download(connection(retries=3), wanted(url), tmp_path, DAY)
-    assert found.path.read_bytes() == CONTENT
+    assert found.read_bytes() == CONTENT
     asked = [request.headers.get("Range") for request in server.requests]
     assert asked == [None, "bytes=100000-", "bytes=200000-", "bytes=300000-"]
 
@@ -89,9 +88,9 @@ def test_it_goes_on_when_it_is_started_again(server: WebServer, tmp_path: Path) 
     # Nothing looks whole.
     assert sorted(path.name.split(".part")[1] for path in tmp_path.iterdir()) == ["", ".json"]
     found = download(connection(), wanted(url), tmp_path, DAY)
-    assert found.path.read_bytes() == CONTENT
+    assert found.read_bytes() == CONTENT
     assert server.requests[1].headers["Range"] == "bytes=100000-"
-    assert list(tmp_path.iterdir()) == [found.path]
+    assert list(tmp_path.iterdir()) == [found]
 
 
 def test_a_file_that_has_changed_meanwhile_is_fetched_whole(server: WebServer, tmp_path: Path) -> None:
@@ -100,7 +99,7 @@ def test_a_file_that_has_changed_meanwhile_is_fetched_whole(server: WebServer, t
         download(connection(), wanted(url), tmp_path, DAY)
     changed = CONTENT[:4] + CONTENT[4:][::-1]
     server.serve_file("/map", changed)
-    assert download(connection(), wanted(url), tmp_path, DAY).path.read_bytes() == changed
+    assert download(connection(), wanted(url), tmp_path, DAY).read_bytes() == changed
 
 
 def test_a_file_that_has_become_shorter(server: WebServer, tmp_path: Path) -> None:
@@ -109,7 +108,7 @@ def test_a_file_that_has_become_shorter(server: WebServer, tmp_path: Path) -> No
     with pytest.raises(ServerError):
         download(connection(), wanted(url), tmp_path, DAY)
     server.serve("/map", Reply(status=416), Reply(b"DATA short"))
-    assert download(connection(), wanted(url), tmp_path, DAY).path.read_bytes() == b"DATA short"
+    assert download(connection(), wanted(url), tmp_path, DAY).read_bytes() == b"DATA short"
 
 
 @pytest.mark.parametrize("ranges", ["bytes 0-99/512004", "nonsense"])
@@ -117,19 +116,19 @@ def test_a_server_that_sends_another_part(server: WebServer, tmp_path: Path, ran
     wrong = Reply(CONTENT[:100], 206, {"Content-Range": ranges})
     url = server.serve("/map", lambda request: part_of(CONTENT, request, cut=100_000), wrong, Reply(CONTENT))
     found = download(connection(retries=3), wanted(url), tmp_path, DAY)
-    assert found.path.read_bytes() == CONTENT
+    assert found.read_bytes() == CONTENT
 
 
 def test_a_server_without_parts_sends_everything_again(server: WebServer, tmp_path: Path) -> None:
     url = server.serve("/map", Reply(CONTENT, cut=100_000), Reply(CONTENT))
-    assert download(connection(retries=1), wanted(url), tmp_path, DAY).path.read_bytes() == CONTENT
+    assert download(connection(retries=1), wanted(url), tmp_path, DAY).read_bytes() == CONTENT
 
 
 def test_through_redirects(server: WebServer, tmp_path: Path) -> None:
     cut = lambda request: part_of(CONTENT, request, cut=100_000)  # noqa: E731
     server.serve_file("/map-261120.osm.pbf", CONTENT, cut)
     url = server.serve("/map-latest.osm.pbf", Reply(status=302, headers={"Location": "/map-261120.osm.pbf"}))
-    assert download(connection(retries=1), wanted(url), tmp_path, DAY).path.read_bytes() == CONTENT
+    assert download(connection(retries=1), wanted(url), tmp_path, DAY).read_bytes() == CONTENT
     assert [request.headers.get("Range") for request in server.requests][2:] == ["bytes=100000-"] * 2
 
 
@@ -190,6 +189,6 @@ def test_a_disk_that_is_full(server: WebServer, tmp_path: Path) -> None:
     assert run.stdout.startswith("OutputError cannot write ")
     assert "file too large; the file is larger than allowed there, choose another place" in run.stdout
     found = download(connection(), wanted(url), tmp_path, DAY)
-    assert found.path.read_bytes() == CONTENT
+    assert found.read_bytes() == CONTENT
     first = int(server.requests[-1].headers["Range"].removeprefix("bytes=").rstrip("-"))
     assert 100_000 < first <= 200_000

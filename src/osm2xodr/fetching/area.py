@@ -249,11 +249,11 @@ def _from_extract(
     found = download(connection, wanted, options.cache_dir / "extracts", options.age)
     connection.network.progress("cutting the area out")
     try:
-        return extract, _date_of(found.path), [_cut(found.path, place, work, extract, options)]
+        return extract, _date_of(found), [_cut(found, place, work, extract, options)]
     except InputError:
         # It must not be taken for a good one the next time. Where there is only nothing in the area, it is one.
-        if not _is_sound(found.path):
-            found.path.unlink(missing_ok=True)
+        if not _is_sound(found):
+            found.unlink(missing_ok=True)
         raise
 
 

@@ -37,21 +37,13 @@ class Wanted:
     looks_right: Callable[[bytes], bool]  # Whether its first bytes are those of such a file
 
 
-@dataclass(frozen=True, slots=True)
-class Download:
-    """A file that is there as a whole."""
-
-    path: Path
-    fetched: float  # When it was fetched, s since 1970
-
-
 def key_of(*parts: object) -> str:
     """Return a short name for what was asked for."""
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:16]
 
 
-def download(connection: Connection, wanted: Wanted, folder: Path, age: float) -> Download:
-    """Return a file at an address, from the cache if it was fetched less than `age`, s, ago.
+def download(connection: Connection, wanted: Wanted, folder: Path, age: float) -> Path:
+    """Return the file at an address as a whole, from the cache if it was fetched less than `age`, s, ago.
 
     Raises `ServerError` if it cannot be had, and `OutputError` if there is no room for it.
     """
@@ -60,7 +52,7 @@ def download(connection: Connection, wanted: Wanted, folder: Path, age: float) -
     clean = re.sub(r"[^\w.-]+", "_", name, flags=re.ASCII)[-_NAME_MAX:].lstrip(".-")
     path = folder / f"{key_of(wanted.url)}-{clean or 'file'}"
     if path.is_file() and time.time() - path.stat().st_mtime < age:
-        return Download(path, path.stat().st_mtime)
+        return path
     part = path.with_name(f"{path.name}.part")
     state = _State(part)
 
@@ -77,7 +69,7 @@ def download(connection: Connection, wanted: Wanted, folder: Path, age: float) -
         connection.ask(wanted.url, wanted.option, read, state.headers)
     complete(part, path)
     state.forget()
-    return Download(path, path.stat().st_mtime)
+    return path
 
 
 class _State:

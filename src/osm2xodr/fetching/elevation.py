@@ -219,7 +219,7 @@ def _open(connection: Connection, url: str, options: FetchOptions) -> Path | Rem
 
     try:
         if _CUT_OUT.search(url):
-            return download(connection, wanted, folder, age).path
+            return download(connection, wanted, folder, age)
         file = connection.ask(url, "--dem-url", read, lambda: {"Range": f"bytes=0-{PART - 1}"})
     except ServerError as error:
         if error.status in _ABSENT:
@@ -228,4 +228,4 @@ def _open(connection: Connection, url: str, options: FetchOptions) -> Path | Rem
     if file is not None:
         return file
     connection.network.note(f"{host(url)} does not send parts of files; {shown(url)} is downloaded whole")
-    return download(connection, wanted, folder, age).path
+    return download(connection, wanted, folder, age)

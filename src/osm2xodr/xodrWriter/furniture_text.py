@@ -114,7 +114,7 @@ class FurnitureWriter:
             head += f' value="{number(round(item.value, _SIZE_DECIMALS))}"{_text("unit", words.unit(item.unit))}'
         head += (
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
-            f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
+            f"{_text('text', item.text)}{_heading(item.h_offset)}"
         )
         lanes = item.validity
         if self._one_validity and lanes:
@@ -299,10 +299,10 @@ def _positive(name: str, value: float) -> str:
     return "" if round(value, _SIZE_DECIMALS) <= 0.0 else f' {name}="{_size(value)}"'
 
 
-def _heading(name: str, value: float) -> str:
-    """Write a heading as an attribute; the default is 0."""
+def _heading(value: float) -> str:
+    """Write the heading of a signal as an attribute; the default is 0."""
     turn = _turn(value)
-    return f' {name}="{turn}"' if turn != "0" else ""
+    return f' hOffset="{turn}"' if turn != "0" else ""
 
 
 @lru_cache(maxsize=10_000)
