@@ -197,3 +197,14 @@ def test_cubics_that_a_checker_calls_redundant_are_one() -> None:
     )
     other = slope + 1.6e-6 * (at - 0.5) * (at > 0.5)
     assert Kinked(np.array([0, 3]), at, value + step, other, other).records().s.tolist() == [0.0, 0.5]
+
+
+def test_cubics_that_become_redundant_are_one_as_well() -> None:
+    # A width of 2.5 m that wobbles by hundredths of a millimetre: only when the first piece has taken in the second
+    # does it differ from the third by less than what counts.
+    at = np.array([0.0, 4.698, 10.731, 20.0])
+    value = 2.5 + np.array([1.3e-5, 1.8e-5, -9e-6, 0.0])
+    slope = np.array([8.3e-7, -1.32e-6, -8.2e-7, 8.6e-7])
+    records = Kinked(np.array([0, 4]), at, value, slope, slope).records()
+    assert records.s.tolist() == [0.0]
+    assert records.a.tolist() == [value[0]]

@@ -97,7 +97,7 @@ class Kinked(RaggedTable):
         return owners(self.start)
 
     def records(self) -> CubicProfile:
-        """Return the cubics, those that only continue the one before joined with it."""
+        """Return the cubics, those that only continue the one before joined with it, until none does."""
         profile = hermite_cubics(self.start, self.s, self.value, self.before, self.after)
         begin = np.delete(np.arange(len(self.s)), self.start[1:] - 1)
         h, into = self.s[begin + 1] - self.s[begin], self.before[begin + 1]
@@ -109,8 +109,10 @@ class Kinked(RaggedTable):
         keep = np.ones(len(self.s), bool)
         keep[begin[1:][same]] = False
         keep[self.start[:-1]] = True
+        if keep.all():
+            return profile
         columns = (column[keep] for column in (self.s, self.value, self.before, self.after))
-        return hermite_cubics(starts(np.bincount(self.curve[keep])), *columns)
+        return Kinked(starts(np.bincount(self.curve[keep])), *columns).records()
 
 
 def _redundant(b: FloatArray, c: FloatArray, d: FloatArray, s: FloatArray) -> BoolArray:
