@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pyproj import Transformer, network
 
-from osm2xodr.projection import WGS84, make_frame, offline, to_geographic, to_local
+from osm2xodr.projection import WGS84, frame_of_proj, make_frame, offline, to_geographic, to_local
 
 
 def test_proj_stays_off_the_network_and_gets_its_setting_back() -> None:
@@ -34,6 +34,13 @@ def test_the_local_frame_is_projs_transverse_mercator(origin: tuple[float, float
     around[0] -= 360.0 * np.round(around[0] / 360.0)
     assert np.abs(around).max() < 1e-13
     assert np.isinf(to_local(frame, [origin[1] + 90.0], [0.0])).all()
+
+
+def test_a_local_frame_is_known_by_its_words() -> None:
+    frame = make_frame(-42.559831, 1.57225)
+    assert frame_of_proj(frame.proj) == frame
+    for other in ("EPSG:25832", frame.proj.replace("+k=1", "+k=0.9996"), frame.proj + " +no_defs"):
+        assert frame_of_proj(other) is None
 
 
 def test_the_bits_of_places_are_the_same_everywhere() -> None:

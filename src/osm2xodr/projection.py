@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import re
 from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,13 @@ def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
     """
     lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
     return LocalFrame(_proj(lat, lon), lat, lon)
+
+
+def frame_of_proj(proj: str) -> LocalFrame | None:
+    """Return the local frame that PROJ's words for a projection describe as `make_frame` does, None for others."""
+    origin = re.search(r"\+lat_0=(-?\d+\.\d{5}) \+lon_0=(-?\d+\.\d{5}) ", proj)
+    frame = make_frame(float(origin[1]), float(origin[2])) if origin else None
+    return frame if frame is not None and frame.proj == proj else None
 
 
 def _proj(lat_0_deg: float, lon_0_deg: float) -> str:

@@ -48,13 +48,19 @@ def read_heights(
     # Loads slowly, and is needed with elevation models alone.
     from osm2xodr.surface import read_surface
 
-    lon, lat = frame.to_geographic(x, y)
-    # Elevation models are read in a local frame, whatever the projection of the file.
-    local = make_frame(float(np.mean(lat)), float(np.mean(lon)))
-    surface = read_surface(models, local, *to_local(local, lon, lat), options, diagnostics)
+    if frame.local is not None:
+        local, places = frame.local, frame.to_projected
+    else:
+        # Elevation models are read in a local frame, whatever the projection of the file.
+        local = make_frame(*(float(np.mean(column)) for column in frame.to_geographic(x, y)[::-1]))
+
+        def places(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return to_local(local, *frame.to_geographic(x, y))
+
+    surface = read_surface(models, local, *places(x, y), options, diagnostics)
 
     def height(x: FloatArray, y: FloatArray) -> FloatArray:
-        z, measured = surface.heights(*to_local(local, *frame.to_geographic(x, y)))
+        z, measured = surface.heights(*places(x, y))
         return np.where(measured, z, np.nan) - frame.offset[2]
 
     return height, surface

@@ -10,9 +10,9 @@ import numpy as np
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
 
-from osm2xodr.model import FloatArray
+from osm2xodr.model import FloatArray, LocalFrame
 from osm2xodr.opendrive.tables import Header
-from osm2xodr.projection import WGS84
+from osm2xodr.projection import WGS84, frame_of_proj
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,7 @@ class Frame:
     """
 
     crs: CRS  # Of the projection, in metres
+    local: LocalFrame | None  # If the projection is that of a local frame
     offset: tuple[float, float, float, float]  # x, y, z (m) and hdg (rad) of the header
 
     @cached_property
@@ -88,7 +89,7 @@ def frame_of(header: Header) -> tuple[Frame | None, str]:
         Transformer.from_crs(crs, WGS84, always_xy=True)
     except (CRSError, ProjError) as error:
         return None, f"the geoReference {_short(text)} cannot be used ({' '.join(str(error).split())})"
-    return Frame(crs, offset), ""
+    return Frame(crs, frame_of_proj(text), offset), ""
 
 
 def _short(text: str) -> str:
