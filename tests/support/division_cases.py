@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr.geometry.heights import ProfileProblem
-from osm2xodr.geometry.tile_edges.division import find_borders
+from osm2xodr.geometry.tile_edges.pieces import find_borders
 from osm2xodr.model import Borders, LocalFrame, Outline, Partition
 
 WEST, EAST = 0, 1

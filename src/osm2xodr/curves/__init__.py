@@ -1,16 +1,15 @@
 """Curves of a network as flat arrays: lines, arcs, spirals and cubics, evaluated, cut and compared all at once.
 
 `plan_views` tables of curves · `records` places on them · `spirals` their shapes · `cubics` piecewise cubics ·
-`dubins` shortest curves between poses · `point_tree` points near places · `nearest` curves near them · `crossings`
-curves that cross · `overlaps` roads over each other · `clearances` room between them · `polygons` points in areas ·
-`polylines` along them · `table` equally long columns · `ragged` groups in flat arrays, distinct integers. The same on
+`dubins` shortest curves between poses · `point_tree` points near places · `nearest` curves near them ·
+`overlaps` roads over each other · `clearances` room between them · `polygons` points in areas, lines that cross,
+lengths along them · `table` equally long columns · `ragged` groups in flat arrays, distinct integers. The same on
 every machine: `trigonometry` · `exponentials` · `elimination` systems of equations · `transverse_mercator`
 """
 
 from __future__ import annotations
 
 from osm2xodr.curves.clearances import CLEARANCE_STEP, ClosePlaces, RoadGraph, Stations, close_places
-from osm2xodr.curves.crossings import curves_cross, rays_to_segments, segments_cross
 from osm2xodr.curves.cubics import (
     cubic_slope,
     cubic_value,
@@ -52,8 +51,17 @@ from osm2xodr.curves.plan_views import (
     wrapped,
 )
 from osm2xodr.curves.point_tree import PointTree
-from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
-from osm2xodr.curves.polylines import running_lengths
+from osm2xodr.curves.polygons import (
+    area_at,
+    area_bounds,
+    curves_cross,
+    distance_to_outline,
+    inside_outline,
+    outline_bounds,
+    rays_to_segments,
+    running_lengths,
+    segments_cross,
+)
 from osm2xodr.curves.ragged import (
     blocks,
     connected_groups,

@@ -15,9 +15,8 @@ from road_measures import width_at
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import Faces, lay_floor
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
-from osm2xodr.geometry.junction_floor.filling import room_before_ends
-from osm2xodr.geometry.junction_floor.rays import room_inside
-from osm2xodr.geometry.junction_floor.widths import width_records
+from osm2xodr.geometry.junction_floor.filling import room_before_ends, width_records
+from osm2xodr.geometry.junction_floor.gaps import room_inside
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.model import LaneType, PlanView, Rule
 

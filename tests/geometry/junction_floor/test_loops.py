@@ -14,8 +14,8 @@ from road_measures import width_at
 from osm2xodr.curves import lengths
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import lay_floor
+from osm2xodr.geometry.junctions.dead_ends import draw_loops
 from osm2xodr.geometry.junctions.movements import Loop
-from osm2xodr.geometry.junctions.turnarounds import draw_loops
 from osm2xodr.model import Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)

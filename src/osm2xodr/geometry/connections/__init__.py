@@ -14,7 +14,6 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.marks import Marks, connecting_marks
-from osm2xodr.geometry.connections.needless_turns import linked_without, turns_without_need
 from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, trims_off_ways
 from osm2xodr.geometry.connections.pose_to_pose import (
     connect,
@@ -25,7 +24,7 @@ from osm2xodr.geometry.connections.pose_to_pose import (
     turns_on_the_spot,
 )
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
-from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
+from osm2xodr.geometry.connections.sharp_turns import linked_without, runs_backwards, swing_out, turns_without_need
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.through_lanes import even_widths, keep_lanes_in_line
 from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back

@@ -12,7 +12,14 @@ from osm2xodr.curves import cosine, hypot, lengths, pose, runs, sine, slope_of
 from osm2xodr.geometry.defaults import GRADE_MAX
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, rows_matrix
-from osm2xodr.geometry.heights.limits import FIRM_STIFFNESS_RATIO, STIFFNESS_RATIO, Limits, within
+from osm2xodr.geometry.heights.limits import (
+    FIRM_STIFFNESS_RATIO,
+    STIFFNESS_RATIO,
+    Limits,
+    connector_speeds,
+    driven_speeds,
+    within,
+)
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ProfileProblem,
@@ -21,7 +28,6 @@ from osm2xodr.geometry.heights.problem import (
     fast_spans,
     span_sides,
 )
-from osm2xodr.geometry.heights.speeds import connector_speeds, driven_speeds
 from osm2xodr.geometry.heights.stiffness import rotation_stiffness
 from osm2xodr.geometry.heights.superelevation import longest_warp
 from osm2xodr.model import BoolArray, FloatArray, IntArray

@@ -48,7 +48,6 @@ from osm2xodr.geometry.heights.problem import (
 )
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_ground
 from osm2xodr.geometry.heights.records import Knots, add_pins, either_profile, thin_records
-from osm2xodr.geometry.heights.relief import estimated_elements, road_flexibility
 from osm2xodr.geometry.heights.report import (
     Outcome,
     element_grades,
@@ -60,7 +59,15 @@ from osm2xodr.geometry.heights.report import (
     tabulate,
 )
 from osm2xodr.geometry.heights.sparse import join_blocks
-from osm2xodr.geometry.heights.stiffness import Beams, Chains, bridges_above, find_chains, network_stiffness
+from osm2xodr.geometry.heights.stiffness import (
+    Beams,
+    Chains,
+    bridges_above,
+    estimated_elements,
+    find_chains,
+    network_stiffness,
+    road_flexibility,
+)
 from osm2xodr.geometry.heights.superelevation import (
     ease_lane_grades,
     road_superelevation,

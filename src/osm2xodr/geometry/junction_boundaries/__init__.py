@@ -1,7 +1,7 @@
 """The outer edges of junctions, as OpenDRIVE 1.8 describes them: segments across arms and along connecting roads.
 
-`lines` lines that cross · `edges` where the edges of connecting roads are · `arms` the arms in order, their lanes ·
-`corners` what bounds a junction between two arms · `boundaries` what lies outside of that, and records of both
+`edges` where the edges of connecting roads are, and cross · `corners` the arms in order, what bounds a junction
+between two · `boundaries` what lies outside of that, and records of both
 """
 
 from __future__ import annotations

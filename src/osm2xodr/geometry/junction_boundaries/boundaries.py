@@ -13,10 +13,15 @@ import numpy as np
 from osm2xodr.curves import hypot, owners, ranks, repeated, runs, starts, unique_first, unique_inverse, unique_rows
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junction_boundaries import defaults
-from osm2xodr.geometry.junction_boundaries.arms import Arms, lanes_across
-from osm2xodr.geometry.junction_boundaries.corners import Pieces, find_pieces, first_edges
-from osm2xodr.geometry.junction_boundaries.edges import Edges, edge_lines, lines_along
-from osm2xodr.geometry.junction_boundaries.lines import Lines, crossings, near_segments
+from osm2xodr.geometry.junction_boundaries.corners import Arms, Pieces, find_pieces, first_edges, lanes_across
+from osm2xodr.geometry.junction_boundaries.edges import (
+    Edges,
+    Lines,
+    crossings,
+    edge_lines,
+    lines_along,
+    near_segments,
+)
 from osm2xodr.model import BoolArray, BoundaryEdge, BoundaryJoint, FloatArray, IntArray, RoadMap
 
 # Decimals of the places where edges meet, m.

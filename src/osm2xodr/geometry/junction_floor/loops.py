@@ -12,7 +12,7 @@ from osm2xodr.curves import owners, record_turns, unique_first, unique_inverse
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections
-from osm2xodr.geometry.junction_floor.rays import bend_beside
+from osm2xodr.geometry.junction_floor.gaps import bend_beside
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Strips end this far before the middle of a loop, m: cross sections meet there.

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
-from osm2xodr.geometry.junctions.dead_ends import cut_back_ends_on_streets, ends_on_streets
-from osm2xodr.geometry.junctions.movements import Movement, find_movements
-from osm2xodr.geometry.junctions.movements_against_cars import with_movements_against_cars
-from osm2xodr.geometry.junctions.places import street_places
+from osm2xodr.geometry.junctions.dead_ends import (
+    add_turnarounds,
+    cut_back_ends_on_streets,
+    draw_loops,
+    ends_on_streets,
+)
+from osm2xodr.geometry.junctions.movements import Movement, find_movements, with_movements_against_cars
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import (
     RoadParts,
@@ -14,9 +17,9 @@ from osm2xodr.geometry.junctions.road_parts import (
     cut_roads,
     end_poses,
     head_on_ends,
+    street_places,
     without_idle_junctions,
 )
-from osm2xodr.geometry.junctions.turnarounds import add_turnarounds, draw_loops
 from osm2xodr.geometry.junctions.u_turns import choose_u_turns
 
 __all__ = [

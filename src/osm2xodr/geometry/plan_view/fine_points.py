@@ -1,4 +1,4 @@
-"""Curves as rows of points a few metres apart, which least squares move aside (docs/method/plan_view.md)."""
+"""Curves as rows of points, and how far least squares move these aside (docs/method/plan_view.md)."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from osm2xodr.curves import (
     arctan2,
     cosine,
     cosine_sine,
+    cube_root,
     find_record,
     hypot,
     lengths,
@@ -21,12 +22,14 @@ from osm2xodr.curves import (
     record_turns,
     repeated,
     sine,
+    sorted_unique,
     starts,
     sum_before,
     wrapped,
 )
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.model import FloatArray, IntArray, PlanView
+from osm2xodr.geometry.plan_view.banded import add_squares, average, grade, solve_banded
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # A curve has this many intervals at least: differences of the fourth order need them.
 _FEWEST_INTERVALS: Final = 6
@@ -35,6 +38,25 @@ _LEAST_CHORD: Final = 1e-9
 # Bends count as corners of this turn at most, rad: half of it is 75 degrees. Curvatures above this, 1/m, are bends.
 _LARGEST_HALF_TURN: Final = 1.3
 _LEAST_CURVATURE: Final = 1e-9
+
+# Weights of points that stay where they are (stiff short curves weigh 1e10), and of a curvature that is even between
+# knots, against that of a metre.
+_HELD: Final = 1e15
+_EVEN: Final = 1e6
+# The length over which curves are smoothed, m: at most, at least, and by how much it grows along a curve, m per m.
+_LONGEST: Final = 40.0
+_SHORTEST: Final = 2.0
+_GROWTH: Final = 0.12
+# Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
+# sharper than it was by more than this share it shrinks, too. Choices.
+_ROUNDS: Final = 10
+_SHRINK: Final = (0.4, 0.9)
+_SHARPER: Final = 1.02
+# Sharper than what lies this near, m, and than this radius, m.
+_NEAR: Final = 15.0
+GENTLE: Final = 25.0
+# Smoothing where the curvature is to be even between knots, m: it only settles what these leave open.
+_SETTLE: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,3 +154,113 @@ def continuous(hdg: FloatArray, start: IntArray) -> FloatArray:
     """Return headings, (n,), rad, that nowhere step by more than half a turn within their curves."""
     step = wrapped(np.diff(hdg, prepend=0.0))
     return np.asarray(hdg[start[:-1]][owners(start)] + sum_before(np.append(step[1:], 0.0), start))
+
+
+def smoothest_offsets(points: FinePoints, held: BoolArray, nodes: FloatArray) -> FloatArray:
+    """Return how far to the left points move, (points,), m: as smooth as `SMOOTH_SHIFT` allows.
+
+    Minimises the sum of d² + λ⁶ κ'², where λ is the length over which a curve is smoothed: as long as, in the mean
+    over λ, no point moves too far, none moves by more than `SMOOTH_SHIFT_MOST`, and no bend becomes sharper than
+    what is near it. Ends stay; those that are `held`, (curves, 2), keep their heading. `nodes`, (points,), are
+    weights beyond 1.
+    """
+    scale, aside = np.full(len(points.s), _LONGEST), np.zeros(len(points.s))
+    share, curves, radius = room_share(points), np.arange(len(held)), 1.0 / sharpest_near(points)
+    for _ in range(_ROUNDS):
+        part, row = points.chosen(curves), points.rows(curves)
+        owner = owners(part.start)
+        aside[row] = found = _solved(part, scale[row], held[curves], nodes=nodes[row])
+        mean = np.abs(_averaged(part, found, scale[row])) / defaults.SMOOTH_SHIFT
+        excess = np.maximum(mean, np.abs(found) / defaults.SMOOTH_SHIFT_MOST) / share[row]
+        sharper = np.abs(part.bent(found)) * radius[row] / _SHARPER
+        bad = (excess > 1.0) | (sharper > 1.0)
+        if not bad.any():
+            break
+        most = np.maximum(cube_root(excess[bad]), np.square(np.square(sharper[bad])))
+        factor = np.clip(1.0 / np.maximum(most, 1.0), *_SHRINK)
+        shrunk = scale[row]
+        shrunk[bad] = np.maximum(shrunk[bad] * factor, _SHORTEST)
+        scale[row] = _graded(part, shrunk)
+        curves = curves[sorted_unique(owner[bad])]
+    return aside
+
+
+def sharpest_near(points: FinePoints) -> FloatArray:
+    """Return the largest curvature within `_NEAR` of each point, at least that of `GENTLE`, (points,), 1/m."""
+    owner = owners(points.start)
+    same = np.append(owner[1:] == owner[:-1], False)
+    bend = np.maximum(np.abs(points.curvature), 1.0 / GENTLE)
+    for _ in range(round(_NEAR / defaults.SMOOTH_STEP)):
+        after, before = np.where(same, np.roll(bend, -1), 0.0), np.where(np.roll(same, 1), np.roll(bend, 1), 0.0)
+        bend = np.maximum(bend, np.maximum(before, after))
+    return bend
+
+
+def room_share(points: FinePoints) -> FloatArray:
+    """Return which share of `SMOOTH_SHIFT` points may move, (points,): less in corners, which are cut already."""
+    cut = np.maximum(points.cut, np.maximum(np.roll(points.cut, 1), np.roll(points.cut, -1)))
+    return np.asarray(np.clip(1.0 - cut / defaults.SMOOTH_CUT, defaults.SMOOTH_SHARE_LEAST, 1.0))
+
+
+def even_offsets(points: FinePoints, knot: IntArray, held: BoolArray) -> FloatArray:
+    """Return how far to the left points move, (points,), m, for curvature to be even between knots, (knots,)."""
+    free = np.zeros(len(points.s), bool)
+    free[knot] = True
+    return _solved(points, np.full(len(points.s), _SETTLE), held, free)
+
+
+def _solved(
+    points: FinePoints,
+    scale: FloatArray,
+    held: BoolArray,
+    free: BoolArray | None = None,
+    nodes: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return the offsets with the least squares, (points,), m; all but `free` points bend as their neighbours do.
+
+    `nodes`, (points,), are weights beyond 1.
+    """
+    owner, h, k = owners(points.start), points.spacing, points.curvature
+    matrix = np.zeros((4 if free is None else 5, len(owner)))
+    matrix[0] = 1.0 + nodes
+    first, last = points.start[:-1], points.start[1:] - 1
+    for row in (first, last, first[held[:, 0]] + 1, last[held[:, 1]] - 1):
+        matrix[0, row] = _HELD
+    right = np.zeros(len(owner))
+    # The change of curvature from each point to the next, by the offsets of four.
+    shorter = np.minimum(scale[1:-2], scale[2:-1])
+    cube = np.where(owner[3:] == owner[:-3], shorter * shorter * shorter, 0.0)
+    step = h[1:-2]
+    third, bend = cube / (step * step * step), cube / step
+    change = [-third, 3 * third - bend * k[1:-2] ** 2, -3 * third + bend * k[2:-1] ** 2, third]
+    add_squares(np.stack(change), bend * (k[2:-1] - k[1:-2]), matrix, right)
+    if free is not None:
+        # The change of that change, by the offsets of five.
+        weight = np.where((owner[4:] == owner[:-4]) & ~free[2:-2], np.sqrt(_EVEN), 0.0)
+        square = h[2:-2] ** 2
+        a, b, c = (square * part**2 for part in (k[1:-3], k[2:-2], k[3:-1]))
+        terms = [weight, weight * (a - 4), weight * (6 - 2 * b), weight * (c - 4), weight]
+        add_squares(np.stack(terms), weight * square * (k[1:-3] - 2 * k[2:-2] + k[3:-1]), matrix, right)
+    return solve_banded(matrix, right)
+
+
+def _averaged(points: FinePoints, aside: FloatArray, scale: FloatArray) -> FloatArray:
+    """Return the mean offsets over λ about each point, or as much of it as its curve has on both sides, (points,), m.
+
+    Errors of nodes cancel out in it; a bend that is cut does not.
+    """
+    total, out = np.zeros(len(aside) + 1), np.empty(len(aside))
+    np.cumsum(aside, out=total[1:])
+    average(points.start, points.spacing, total, scale, out)
+    return out
+
+
+def _graded(points: FinePoints, scale: FloatArray) -> FloatArray:
+    """Return lengths of smoothing, (points,), m, that grow along the curves by `_GROWTH` at most."""
+    # Curves lie so far from each other that none counts for another.
+    at = _GROWTH * points.spacing
+    at[points.start[:-1]] = _LONGEST
+    np.cumsum(at, out=at)
+    out = np.empty(len(scale))
+    grade(at, scale, out)
+    return out

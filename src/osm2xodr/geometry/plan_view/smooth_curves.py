@@ -1,7 +1,7 @@
 """Curves of lines and arcs become curves of continuous curvature: lines, arcs and spirals (docs/method/plan_view.md).
 
 The curve of lines and arcs is the observation, some decimetres off. Points along it move aside until its curvature
-changes as little as that allows (`smooth_offsets`); where it then changes evenly, one spiral is enough; spirals
+changes as little as that allows (`fine_points`); where it then changes evenly, one spiral is enough; spirals
 through the points between them have one curvature where they meet.
 """
 
@@ -31,9 +31,9 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.banded import solve_banded
-from osm2xodr.geometry.plan_view.fine_points import FinePoints
-from osm2xodr.geometry.plan_view.smooth_offsets import (
+from osm2xodr.geometry.plan_view.fine_points import (
     GENTLE,
+    FinePoints,
     even_offsets,
     room_share,
     sharpest_near,

@@ -7,9 +7,9 @@ heights where roads are cut, and after all other stages `keep_own_area` cuts off
 
 from __future__ import annotations
 
-from osm2xodr.geometry.tile_edges.division import find_borders
 from osm2xodr.geometry.tile_edges.heights import COMMON_ORIGIN, Neighbourhood, with_border_heights
 from osm2xodr.geometry.tile_edges.own_area import cut_at_names, keep_own_area
+from osm2xodr.geometry.tile_edges.pieces import find_borders
 from osm2xodr.geometry.tile_edges.report import default_speed_km
 
 __all__ = [

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.geometry.heights.ground_windows.basis import SIZE, Basis, Single
-from osm2xodr.geometry.heights.ground_windows.spectra import Spectrum, all_spectra
+from osm2xodr.geometry.heights.ground_windows.spectra import SIZE, Basis, Single, Spectrum, all_spectra
 from osm2xodr.model import FloatArray
 
 CELL, WINDOWS = 30.0, 12

@@ -10,7 +10,7 @@ from elevation_helpers import make_problem, plan_view, straight
 
 from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.geometry.heights.problem import Pins, ProfileProblem
-from osm2xodr.geometry.heights.superelevation.lane_grades import ease_lane_grades
+from osm2xodr.geometry.heights.superelevation.cross_slope import ease_lane_grades
 from osm2xodr.model import CubicProfile, PlanView
 
 

@@ -6,14 +6,13 @@ about it than the few cells beneath it, so the ground is estimated in two dimens
 
 A first surface has one roughness for a whole window and sees through what stands out (`estimate`). From it and what
 is left follow the spectra of the window's ground and of its noise (`spectra`), and with them the ground, whose
-roughness differs from place to place (`filtering`). All work with cosines (`basis`). Windows are treated in stacks
+roughness differs from place to place. All work with cosines. Windows are treated in stacks
 that stay in the processor's cache, in single precision: its rounding is 1e-4 m. docs/method/heights.md has the
 formulas.
 """
 
 from __future__ import annotations
 
-from osm2xodr.geometry.heights.ground_windows.basis import CORE, MARGIN, SIZE, Single
 from osm2xodr.geometry.heights.ground_windows.estimate import (
     INNER,
     RIM,
@@ -21,6 +20,7 @@ from osm2xodr.geometry.heights.ground_windows.estimate import (
     WindowEstimates,
     unknown_windows,
 )
+from osm2xodr.geometry.heights.ground_windows.spectra import CORE, MARGIN, SIZE, Single
 
 __all__ = [
     "CORE",

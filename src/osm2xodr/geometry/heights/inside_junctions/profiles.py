@@ -17,6 +17,7 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.inside_junctions.easing import ease_profiles, largest_acceleration
 from osm2xodr.geometry.heights.inside_junctions.spline_fit import fit_records
 from osm2xodr.geometry.heights.inside_junctions.surface import Stations, junction_surfaces, surface_heights
+from osm2xodr.geometry.heights.limits import connector_speeds, fastest_around
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ProfileProblem,
@@ -26,7 +27,6 @@ from osm2xodr.geometry.heights.problem import (
     fast_spans,
 )
 from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
-from osm2xodr.geometry.heights.speeds import connector_speeds, fastest_around
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients

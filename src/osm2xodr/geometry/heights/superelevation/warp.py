@@ -13,8 +13,8 @@ import numpy as np
 from osm2xodr.curves import arctan2, cosine, hypot, lengths, profile_of, sine, smooth_cubic
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import end_poses
+from osm2xodr.geometry.heights.limits import span_speeds
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, end_spans, span_sides
-from osm2xodr.geometry.heights.speeds import span_speeds
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, Surface
 
 # The slope of the ground at a junction is that between places so far to either side of it, m: beyond what the noise

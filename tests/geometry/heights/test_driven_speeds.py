@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from elevation_helpers import RoadSpec, make_problem, plan_view, straight
 
-from osm2xodr.geometry.heights.speeds import driven_speeds, fastest_around, span_speeds
+from osm2xodr.geometry.heights.limits import driven_speeds, fastest_around, span_speeds
 from osm2xodr.model import PlanView
 
 

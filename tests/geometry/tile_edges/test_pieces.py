@@ -10,7 +10,7 @@ from division_cases import EAST, WEST, borders_of, listed, partition, square
 from elevation_helpers import make_problem, straight
 
 from osm2xodr.geometry.tile_edges.defaults import BORDER_PIECE, BORDER_STUB
-from osm2xodr.geometry.tile_edges.division import find_borders
+from osm2xodr.geometry.tile_edges.pieces import find_borders
 
 
 def test_a_road_is_cut_where_it_crosses_the_border() -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from osm2xodr.geometry.heights.ground_windows.basis import SIZE, Basis, Single
-from osm2xodr.geometry.heights.ground_windows.filtering import PlaceFilter
-from osm2xodr.geometry.heights.ground_windows.spectra import Spectrum
+from osm2xodr.geometry.heights.ground_windows.estimate import PlaceFilter
+from osm2xodr.geometry.heights.ground_windows.spectra import SIZE, Basis, Single, Spectrum
 from osm2xodr.model import FloatArray
 
 CELL, WINDOWS = 30.0, 8
