@@ -16,18 +16,19 @@ import numpy as np
 from draw_map import (
     FILL,
     GREEN,
+    PALE,
     RED,
     SIDES,
-    SIZE,
     THROUGH,
+    draw_arrow,
     draw_furniture,
     draw_marks,
+    fill_lanes,
     lane_bands,
     legend,
     reference_line,
     save_picture,
 )
-from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
 from osm2xodr.curves import pose
@@ -47,7 +48,6 @@ NODE = 53092587
 HALF = (44.0, 33.0)
 ARM = 45.0
 GREY, SAND = "#9aa0a8", "#f0d9b5"
-PALE = dict.fromkeys(FILL, "#c4c8cd")
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,8 @@ def arms(axes: Axes, stages: Stages) -> None:
     ends, trim = stages.plan.ends, stages.plan.layout.trim
     for end in stages.plan.layout.arms[stages.index]:
         u = np.arange(0.0, min(ARM + float(trim[end]), float(ends.length[end])), 0.5)
-        axes.fill(*_ring(stages.plan, end, u).T, color=GREY, alpha=0.45, lw=0, zorder=1)
+        left, right = _edges(stages.plan, end, u)
+        axes.fill(*np.vstack([left, right[::-1]]).T, color=GREY, alpha=0.45, lw=0, zorder=1)
         across = _edges(stages.plan, end, trim[end : end + 1])
         axes.plot(*np.concatenate(across).T, color=RED, lw=3.0, zorder=3)
     axes.plot(*stages.nodes().T, "s", color="black", ms=6, zorder=4)
@@ -126,7 +127,7 @@ def movements(axes: Axes, stages: Stages) -> None:
         corners = np.array([begin, begin + reach * ahead, end - reach * behind, end])
         u = np.linspace(0.0, 1.0, 30)
         weights = np.array([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3])
-        _arrow(axes, weights.T @ corners, _color(stages, entry), 2.0)
+        draw_arrow(axes, weights.T @ corners, _color(stages, entry), 2.0)
 
 
 def links(axes: Axes, stages: Stages) -> None:
@@ -135,7 +136,7 @@ def links(axes: Axes, stages: Stages) -> None:
     roads = stages.plan.connecting
     begin, end = _lane_ends(stages, stages.ways)[0]
     for k, first, last in zip(stages.ways.tolist(), begin, end, strict=True):
-        _arrow(axes, np.array([first, last]), _color(stages, int(roads.entry[k])), 1.2)
+        draw_arrow(axes, np.array([first, last]), _color(stages, int(roads.entry[k])), 1.2)
         axes.plot(*first, "o", color=_color(stages, int(roads.entry[k])), ms=5, zorder=6)
 
 
@@ -144,7 +145,7 @@ def ways(axes: Axes, stages: Stages) -> None:
     _fill(axes, stages, PALE)
     for k in stages.ways.tolist():
         line = reference_line(stages.plan.connecting.plan_view, k)
-        _arrow(axes, line, _color(stages, int(stages.plan.connecting.entry[k])), 1.6)
+        draw_arrow(axes, line, _color(stages, int(stages.plan.connecting.entry[k])), 1.6)
 
 
 def lanes(axes: Axes, stages: Stages) -> None:
@@ -223,12 +224,6 @@ def _color(stages: Stages, entry: int) -> str:
     return THROUGH[every.index(entry) % len(THROUGH)]
 
 
-def _arrow(axes: Axes, line: FloatArray, color: str, width: float) -> None:
-    axes.plot(*line.T, color=color, lw=width, zorder=5)
-    arrow = {"arrowstyle": "-|>", "color": color, "lw": width}
-    axes.annotate("", line[-1], line[max(len(line) - 3, 0)], arrowprops=arrow, zorder=6)
-
-
 def _edges(plan: RoadPlan, end: int, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the left and the right edge of a carriageway, (n, 2), m, at distances from its node."""
     ends, outwards = plan.ends, end % 2 == 0
@@ -240,11 +235,6 @@ def _edges(plan: RoadPlan, end: int, u: FloatArray) -> tuple[FloatArray, FloatAr
         for t in (float(ends.left[end]), float(ends.right[end]))
     )
     return left, right
-
-
-def _ring(plan: RoadPlan, end: int, u: FloatArray) -> FloatArray:
-    left, right = _edges(plan, end, u)
-    return np.vstack([left, right[::-1]])
 
 
 def _lane_ends(stages: Stages, rows: IntArray) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -268,16 +258,8 @@ def _fill(
     linked: bool | None = None,
     edge: str | None = None,
 ) -> None:
-    """Fill lanes of some types; of connecting roads perhaps only those that are linked, or are not."""
-    for index, road in stages.roads(inside=inside):
-        joined = {lane.id for lane in road.lane_sections[0].lanes if lane.predecessor is not None}
-        for kind, number, inner, outer in lane_bands(stages.road_map, index, road):
-            if kind in colors and (linked is None or (number in joined) is linked):
-                ring = np.vstack([inner, outer[::-1]])
-                above = 2 if not inside else 1
-                axes.fill(*ring.T, color=colors[kind], lw=0, zorder=above)
-                if edge:
-                    axes.plot(*ring.T, color=edge, lw=0.6, zorder=above + 1)
+    """Fill lanes of some types of the roads outside junctions, or of those in this one."""
+    fill_lanes(axes, stages.road_map, stages.roads(inside=inside), colors, linked=linked, edge=edge)
 
 
 def _along(road_map: RoadMap, index: int, item: BoundaryEdge) -> FloatArray:
@@ -300,13 +282,9 @@ def draw(folder: Path) -> None:
     stages = run()
     folder.mkdir(parents=True, exist_ok=True)
     x, y = stages.nodes().mean(axis=0)
+    box = (x - HALF[0], y - HALF[1], x + HALF[0], y + HALF[1])
     for name, picture in PICTURES.items():
-        figure, axes = plt.subplots(figsize=SIZE)
-        axes.set(xlim=(x - HALF[0], x + HALF[0]), ylim=(y - HALF[1], y + HALF[1]), aspect="equal")
-        axes.set_axis_off()
-        picture(axes, stages)
-        figure.tight_layout(pad=0.4)
-        save_picture(figure, folder / f"{name}.png")
+        save_picture(folder / f"{name}.png", picture, stages, box)
 
 
 def main() -> None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import TypeVar
 
 import matplotlib as mpl
 import numpy as np
@@ -20,7 +21,7 @@ from osm2xodr.curves.cubics import cubic_value
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.curves.records import pose
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import Cubic, FloatArray, LaneType, PlanView, Road, RoadMap, Street
+from osm2xodr.model import Cubic, FloatArray, LaneType, PlanView, Road, RoadMap, RoadObject, Signal, Street
 from osm2xodr.osmParsing import parse_osm
 from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.projection import to_local
@@ -28,10 +29,11 @@ from osm2xodr.projection import to_local
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
 
+# What a picture is of.
+Drawn = TypeVar("Drawn")
 STEP = 0.5
 FILL = {
     LaneType.DRIVING: "#82878f",
@@ -46,6 +48,7 @@ SIZE, DPI = (8.0, 6.0), 100
 COLOURS = 256
 RED, GREEN = "#b3451e", "#1f7a4d"
 BROKEN = (0, (8, 8))
+PALE = dict.fromkeys(FILL, "#c4c8cd")
 THROUGH = ("#1d5fa8", "#b3451e", "#1f7a4d", "#7a3d99", "#a07d10", "#0f7f8a", "#a3205f", "#4a5a1a")
 
 
@@ -114,30 +117,30 @@ def draw_furniture(axes: Axes, road_map: RoadMap, *, names: bool = True) -> None
     """Draw objects with an outline, and signals, perhaps with their names."""
     place = {road.id: index for index, road in enumerate(road_map.roads)}
     for thing in road_map.furniture.objects:
-        x, y, hdg = (
-            float(item[0]) for item in pose(road_map.plan_view, np.array([place[thing.road]]), np.array([thing.s]))
-        )
-        middle = np.array([x - thing.t * math.sin(hdg), y + thing.t * math.cos(hdg)])
+        middle, hdg = _place(road_map, place[thing.road], thing)
         turn = hdg + thing.hdg
         ring = np.array([corner[:2] for corner in thing.outline]).reshape(-1, 2)
         if len(ring):
             turned = ring @ np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
             axes.fill(*(middle + turned).T, color=GREEN, lw=0, alpha=0.7, zorder=5)
     for signal in road_map.furniture.signals:
-        x, y, hdg = (
-            float(item[0]) for item in pose(road_map.plan_view, np.array([place[signal.road]]), np.array([signal.s]))
-        )
-        spot = (x - signal.t * math.sin(hdg), y + signal.t * math.cos(hdg))
+        spot, _ = _place(road_map, place[signal.road], signal)
         if _is_shown(axes, spot):
             axes.plot(*spot, "o", color=RED, ms=6, zorder=6)
             name = signal.name.replace("_", " ") if names else ""
-            axes.annotate(name, spot, (6, 4), textcoords="offset points", fontsize=8, zorder=7)
+            axes.annotate(name, (spot[0], spot[1]), (6, 4), textcoords="offset points", fontsize=8, zorder=7)
 
 
-def _is_shown(axes: Axes, spot: tuple[float, float]) -> bool:
+def _place(road_map: RoadMap, index: int, thing: RoadObject | Signal) -> tuple[FloatArray, float]:
+    """Return where a thing on a road is, (2,), m, and the road's heading there, rad."""
+    x, y, hdg = (float(item[0]) for item in pose(road_map.plan_view, np.array([index]), np.array([thing.s])))
+    return np.array([x - thing.t * math.sin(hdg), y + thing.t * math.cos(hdg)]), hdg
+
+
+def _is_shown(axes: Axes, spot: FloatArray) -> bool:
     """Say whether a place is within the picture."""
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
-    return west < spot[0] < east and south < spot[1] < north
+    return bool(west < spot[0] < east and south < spot[1] < north)
 
 
 def legend(axes: Axes, colors: Mapping[str, str]) -> None:
@@ -148,12 +151,55 @@ def legend(axes: Axes, colors: Mapping[str, str]) -> None:
     )
 
 
-def save_picture(figure: Figure, path: Path) -> None:
-    """Write a picture with few colours: a quarter of the size."""
-    drawn = BytesIO()
-    figure.savefig(drawn, dpi=DPI)
+def draw_arrow(axes: Axes, line: FloatArray, color: str, width: float) -> None:
+    """Draw a line with a tip at its end."""
+    axes.plot(*line.T, color=color, lw=width, zorder=5)
+    arrow = {"arrowstyle": "-|>", "color": color, "lw": width}
+    axes.annotate("", line[-1], line[max(len(line) - 3, 0)], arrowprops=arrow, zorder=6)
+
+
+def fill_lanes(
+    axes: Axes,
+    road_map: RoadMap,
+    roads: Iterable[tuple[int, Road]],
+    colors: Mapping[LaneType, str],
+    *,
+    linked: bool | None = None,
+    edge: str | None = None,
+) -> None:
+    """Fill lanes of some types of some roads, by their indices; perhaps only those that are linked, or are not."""
+    for index, road in roads:
+        above = 2 if road.junction is None else 1
+        joined = {lane.id for lane in road.lane_sections[0].lanes if lane.predecessor is not None}
+        for kind, number, inner, outer in lane_bands(road_map, index, road):
+            if kind in colors and (linked is None or (number in joined) is linked):
+                ring = np.vstack([inner, outer[::-1]])
+                axes.fill(*ring.T, color=colors[kind], lw=0, zorder=above)
+                if edge:
+                    axes.plot(*ring.T, color=edge, lw=0.6, zorder=above + 1)
+
+
+def save_picture(
+    path: Path,
+    picture: Callable[[Axes, Drawn], None],
+    drawn: Drawn,
+    box: tuple[float, float, float, float] | None = None,
+) -> None:
+    """Draw a picture of something, if it is a map that of a box: west, south, east, north, m.
+
+    It has few colours: a quarter of the size.
+    """
+    figure, axes = plt.subplots(figsize=SIZE)
+    if box is not None:
+        west, south, east, north = box
+        axes.set(xlim=(west, east), ylim=(south, north), aspect="equal")
+        axes.set_axis_off()
+    picture(axes, drawn)
+    figure.tight_layout(pad=0.4)
+    large = BytesIO()
+    figure.savefig(large, dpi=DPI)
     plt.close(figure)
-    small = Image.open(drawn).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    small = Image.open(large).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     small.save(path, optimize=True)
 
 

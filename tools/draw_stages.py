@@ -20,13 +20,15 @@ from draw_map import (
     DPI,
     FILL,
     GREEN,
+    PALE,
     RED,
     SIDES,
     SIZE,
     THROUGH,
+    draw_arrow,
     draw_furniture,
     draw_marks,
-    lane_bands,
+    fill_lanes,
     legend,
     reference_line,
     save_picture,
@@ -48,7 +50,6 @@ from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, points_along, read_surface
 
 mpl.use("Agg")
-from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
 ROOT = Path(__file__).parents[1]
@@ -181,15 +182,12 @@ def junctions(axes: Axes, stages: Stages) -> None:
 
 def through(axes: Axes, stages: Stages) -> None:
     """Draw the roads through junctions."""
-    _fill(axes, stages, dict.fromkeys(FILL, "#c4c8cd"))
+    _fill(axes, stages, PALE)
     for index, road in stages.roads(inside=True):
         if all(lane.type not in FILL for lane in road.lane_sections[0].lanes):
             continue
-        line = reference_line(stages.road_map.plan_view, index)
         color = THROUGH[(road.predecessor.id if road.predecessor else 0) % len(THROUGH)]
-        axes.plot(*line.T, color=color, lw=1.4, zorder=5)
-        arrow = {"arrowstyle": "-|>", "color": color, "lw": 1.0}
-        axes.annotate("", line[-1], line[max(len(line) - 3, 0)], arrowprops=arrow, zorder=6)
+        draw_arrow(axes, reference_line(stages.road_map.plan_view, index), color, 1.4)
 
 
 def sides(axes: Axes, stages: Stages) -> None:
@@ -255,11 +253,8 @@ def _is_near(points: FloatArray, margin: float = 20.0) -> bool:
 
 
 def _fill(axes: Axes, stages: Stages, colors: Mapping[LaneType, str], *, inside: bool = False) -> None:
-    """Fill lanes of some types, with white lines between those outside junctions."""
-    for index, road in stages.roads(inside=inside):
-        for kind, _, inner, outer in lane_bands(stages.road_map, index, road):
-            if kind in colors:
-                axes.fill(*np.vstack([inner, outer[::-1]]).T, color=colors[kind], lw=0, zorder=1 if inside else 2)
+    """Fill lanes of some types of the roads at the place."""
+    fill_lanes(axes, stages.road_map, stages.roads(inside=inside), colors)
 
 
 def _across(road_map: RoadMap, index: int, road: Road, s: float) -> FloatArray:
@@ -280,15 +275,9 @@ def draw(folder: Path) -> None:
     """Write all pictures to a folder."""
     stages = run()
     folder.mkdir(parents=True, exist_ok=True)
-    west, south, east, north = BOX
     for name, picture in PICTURES.items():
-        figure, axes = plt.subplots(figsize=SIZE)
-        if picture is not heights:
-            axes.set(xlim=(west, east), ylim=(south, north), aspect="equal")
-            axes.set_axis_off()
-        picture(axes, stages)
-        figure.tight_layout(pad=0.4)
-        save_picture(figure, folder / f"{name}.png")
+        box = None if picture is heights else BOX
+        save_picture(folder / f"{name}.png", picture, stages, box)
     with TemporaryDirectory() as temporary:
         made = Path(temporary) / "ordino.xodr"
         stages.result.write(made)

@@ -48,19 +48,17 @@ def read_heights(
     # Loads slowly, and is needed with elevation models alone.
     from osm2xodr.surface import read_surface
 
-    if frame.local is not None:
-        local, places = frame.local, frame.to_projected
-    else:
+    local, around = frame.local, frame.to_projected(x, y)
+    if local is None:
         # Elevation models are read in a local frame, whatever the projection of the file.
-        local = make_frame(*(float(np.mean(column)) for column in frame.to_geographic(x, y)[::-1]))
-
-        def places(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-            return to_local(local, *frame.to_geographic(x, y))
-
-    surface = read_surface(models, local, *places(x, y), options, diagnostics)
+        lon, lat = frame.to_geographic(x, y)
+        local = make_frame(float(np.mean(lat)), float(np.mean(lon)))
+        around = to_local(local, lon, lat)
+    surface = read_surface(models, local, *around, options, diagnostics)
 
     def height(x: FloatArray, y: FloatArray) -> FloatArray:
-        z, measured = surface.heights(*places(x, y))
+        at = frame.to_projected(x, y) if frame.local else to_local(local, *frame.to_geographic(x, y))
+        z, measured = surface.heights(*at)
         return np.where(measured, z, np.nan) - frame.offset[2]
 
     return height, surface
