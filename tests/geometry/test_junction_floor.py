@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from floor_cases import connecting
 
+from osm2xodr.curves import value_of_cubics
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import Floor, lay_floor
 from osm2xodr.geometry.road_plan import RoadPlan, lay_out_sides, plan_roads
 from osm2xodr.geometry.roads import floor_without, lay_out_floor
+from osm2xodr.geometry.roadside import ends_instead
 from osm2xodr.model import BoolArray, LaneType, Rule, StreetNetwork
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 
@@ -53,6 +55,23 @@ def test_it_is_that_of_the_roads_that_are_left(place: Place, share: int) -> None
     found = floor_without(network, plan, through, floor, left_out)
     assert_same(found, wanted)
     assert len(floor.left) + len(floor.right) != len(found.left) + len(found.right)
+
+
+def test_sidewalks_of_corners_that_are_left_out_go_on_beside_lanes(place: Place) -> None:
+    """As wide as on their arm, and to an end, but for those of corners that nobody turns round."""
+    network, plan, _, _ = place
+    sides = lay_out_sides(network, plan)
+    corners = sides.corners.chosen(sidewalks(sides.corners))
+    ends = ends_instead(plan.parts, sides.margins, plan.connecting, corners)
+    arms = np.concatenate([corners.entry_width, corners.exit_width])
+    # Most of those of one corner meet beside one edge, and are one.
+    assert len(corners.length) < len(ends.row) < len(arms)
+    for k in range(len(ends.row)):
+        (kind, widths, height), *_ = reversed(list(ends.lanes(k, float(ends.length[k]))))
+        assert (kind, height) == (LaneType.SIDEWALK, 0.12)
+        begin, end = widths[0].a, value_of_cubics(widths, float(ends.length[k]))
+        assert 0.1 <= max(begin, end) <= arms.max() + 1e-9
+        assert min(begin, end) >= -1e-9
 
 
 def test_islands_keep_the_order_of_their_junctions() -> None:

@@ -111,9 +111,9 @@ def report_missing_corners(
 def report_blunt_sidewalks(
     network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
 ) -> None:
-    """Report junctions where sidewalks end as wide as they are, (sidewalks,)."""
+    """Report junctions before which sidewalks end, (sidewalks,)."""
     for osm_id, count in _counted(network, layout, junctions):
-        text = "the sidewalk of an arm ends there: no lane leads round its corner, or leaves it room to run out"
+        text = "the sidewalk of an arm ends before it: no lane leads round its corner, or leaves it room to run out"
         diagnostics.note("sidewalk-end", osm_id, text if count == 1 else f"{text} ({count} sidewalks)")
 
 

@@ -84,7 +84,7 @@ from osm2xodr.geometry.roadside import (
     find_sidewalk_ends,
     lay_out_corners,
     margins_with_room,
-    round_off,
+    run_out,
     with_cycle_tracks,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, StreetNetwork
@@ -117,8 +117,8 @@ class RoadSides:
 
     margins: tuple[Margins, ...]  # Of each road
     corners: ConnectingRoads  # The sidewalks within junctions
-    ends: SidewalkEnds  # Those that run out there
-    blunt: IntArray  # (k,) Junctions of sidewalks that have no room for that, and round ends, one for each
+    ends: SidewalkEnds  # Those that end there
+    blunt: IntArray  # (k,) Junctions of sidewalks that end before them, one for each
     diagnostics: Diagnostics  # What was found meanwhile
 
 
@@ -155,13 +155,11 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     margins = margins_with_room(plan.parts, find_margins(plan.parts), found)
     margins, corners, left_out = lay_out_corners(plan.parts, margins, plan.connecting, network.rule)
     report_missing_corners(network, plan.layout, left_out, found)
-    ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
-    margins = round_off(plan.parts, margins, blunt, LaneType.SIDEWALK)
+    margins, ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
     corners = with_cycle_tracks(corners, plan.parts, margins, plan.connecting, network.rule)
     tracks = ends_of_tracks(plan.parts, margins, plan.connecting, corners)
-    margins = round_off(plan.parts, margins, tuple(tracks), LaneType.BIKING)
-    junction = plan.parts.end_junction.ravel()[np.array([end for end, _ in blunt], np.int64)]
-    return RoadSides(margins, corners, ends, junction, found)
+    margins = run_out(plan.parts, margins, tuple(tracks), LaneType.BIKING)
+    return RoadSides(margins, corners, ends, blunt, found)
 
 
 def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:

@@ -282,7 +282,7 @@ def _lanes_through(
 def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) -> RoadMap:
     """Return a road map with the floor of junctions beside connecting roads, which begin at road number `first`.
 
-    Sidewalks end beside lanes without a strip of the floor, up to two of them beside one edge.
+    Sidewalks end beside lanes as well, up to two of them beside one edge; what the floor covers of them is left out.
     """
     roads = list(road_map.roads)
     length = lengths(road_map.plan_view)
@@ -293,7 +293,8 @@ def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) 
         for k, strip in widths.items()
     }
     for item, (k, side) in enumerate(zip(ends.row.tolist(), ends.side.tolist(), strict=True)):
-        beside.setdefault((k, side), []).extend(ends.lanes(item, float(length[first + k])))
+        covered = (floor.left if side > 0 else floor.right).get(k, ())
+        beside.setdefault((k, side), []).extend(ends.lanes(item, float(length[first + k]), covered))
     for k in sorted({k for k, _ in beside}):
         road = roads[first + k]
         section = road.lane_sections[0]

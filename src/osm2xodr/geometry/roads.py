@@ -46,7 +46,7 @@ from osm2xodr.geometry.road_records import (
     road_records,
     with_floor,
 )
-from osm2xodr.geometry.roadside import add_margins, with_lanes_of_sections
+from osm2xodr.geometry.roadside import add_margins, ends_instead, with_lanes_of_sections
 from osm2xodr.geometry.tile_edges import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, release_memory
@@ -143,10 +143,9 @@ def build_roads(
             release_memory()
             floor = floor_without(network, plan, every, laid.result(), steep)
     release_memory()
-    covered = ends_at_floor(sides, floor)
-    blunt = np.concatenate([sides.blunt, through.junction[sides.ends.row[covered & ~sides.ends.shoulder]]])
-    report_blunt_sidewalks(network, plan.layout, blunt, diagnostics)
-    ends = sides.ends.chosen(~covered)
+    lost = sides.corners.chosen(steep[len(plan.connecting.length) :] & sides.corners.beside_cars())
+    ends = sides.ends.joined(ends_instead(plan.parts, sides.margins, plan.connecting, lost))
+    report_blunt_sidewalks(network, plan.layout, sides.blunt, diagnostics)
     road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), ends)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
@@ -306,13 +305,6 @@ def floor_without(
     again = lay_out_floor(network, plan, through.chosen(rows))
     kept = floor.renumbered(np.where(anew, -1, number))
     return kept.joined(again.renumbered(number[rows]), through.junction[~left_out])
-
-
-def ends_at_floor(sides: RoadSides, floor: Floor) -> BoolArray:
-    """Say which sidewalks, of those that run out, have a strip of the floor in their place, (n,)."""
-    strips = {1: floor.left, -1: floor.right}
-    rows = zip(sides.ends.row.tolist(), sides.ends.side.tolist(), strict=True)
-    return np.array([row in strips[side] for row, side in rows], bool)
 
 
 def islands_of(plan: RoadPlan, through: ConnectingRoads, floor: Floor) -> Iterator[Island]:

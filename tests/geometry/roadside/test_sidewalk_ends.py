@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from junction_cases import CASES
 from margin_cases import BOTH, TRACK, VERGE, WALK, built, is_led_on
@@ -132,93 +133,93 @@ def test_none_ends_where_corners_lead_on() -> None:
 
 
 @EITHER
-def test_what_would_fold_inside_a_turn_stays_blunt(rule: Rule) -> None:
-    """Sidewalks as wide as the turns' radius have no room inside of these."""
-    broad = replace(WALK, width=14.0)
+def test_inside_a_turn_they_reach_up_to_its_centre_at_most(rule: Rule) -> None:
+    """The sidewalk of the arm, twice as wide as that, becomes as narrow before it gets there."""
+    roads = built(T, {3: ((replace(WALK, width=14.0),),) * 2}, rule)
+    found = ending(roads)
+    assert len(found) == 2
+    for road, lane in found:
+        start, *_, end = widths(roads, road, lane, from_way=3)
+        # Less by 0.1 m.
+        assert start == pytest.approx(6.7, abs=0.01)
+        assert end == pytest.approx(0.0, abs=0.002)
+        side = lane.id if arms(roads, road)[0] == 3 else -lane.id
+        assert walk_width(roads, 3, side, 0.0) == pytest.approx(start, abs=0.01)
+        assert walk_width(roads, 3, side, 12.0) == pytest.approx(14.0, abs=0.01)
+
+
+@EITHER
+@pytest.mark.parametrize("verge", [1.0, 4.0, 6.0])
+def test_neither_they_nor_what_lies_inside_of_them_folds(rule: Rule, verge: float) -> None:
+    """Along each edge of a lane one moves on as the road does, also where its bend begins."""
+    roads = built(T, {3: ((replace(VERGE, width=verge), replace(WALK, width=4.0)),) * 2}, rule)
+    measures = RoadMeasures(roads)
+    for road in roads.roads:
+        if road.junction is not None:
+            s = np.linspace(0.0, measures.length(road), 200)
+            edges = [measures.edges(road, 0, at) for at in s.tolist()]
+            poses = [measures.pose(road, at) for at in s.tolist()]
+            for number in edges[0]:
+                points = [pose.beside(pair[number][1]) for pose, pair in zip(poses, edges, strict=True)]
+                for pose, a, b in zip(poses, points, points[1:], strict=False):
+                    assert (b.x - a.x) * math.cos(pose.hdg) + (b.y - a.y) * math.sin(pose.hdg) > 0.0
+
+
+@EITHER
+@pytest.mark.parametrize("degrees", [8, 10, 15])
+def test_at_acute_forks_both_go_on_beside_their_kerbs(rule: Rule, degrees: int) -> None:
+    """Where cars that turn back swing out over an outer corner, each sidewalk goes on beside the ways of its arm."""
+    angle = math.radians(degrees)
+    south = -120.0 * math.cos(angle), -120.0 * math.sin(angle)
+    case = Case({**T.nodes, "w": (-120.0, 0.0), "e": (120.0, 0.0), "s": south}, T.ways)
+    roads = built(case, dict.fromkeys(T.ways, BOTH), rule)
+    assert_sound(roads)
+    found = ending(roads)
+    assert len(found) in (2, 4)
+    for road, lane in found:
+        both = [width_at(lane.widths, s) for s in (0.0, RoadMeasures(roads).length(road))]
+        assert sorted(both) == pytest.approx([0.0, 2.0], abs=0.01)
+
+
+@EITHER
+def test_beside_corners_that_nobody_turns_round_they_end_at_the_next_street(rule: Rule) -> None:
+    """Traffic comes from the west and from the south alone, and goes on to the east: none turns from 1 to 3."""
+    one_way = f"{STREET} oneway=yes"
+    case = Case(T.nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
     told = Diagnostics()
-    assert ending(built(T, {3: ((broad,), (broad,))}, rule, diagnostics=told)) == []
+    roads = built(case, {1: ((), (WALK,))}, rule, diagnostics=told)
+    assert_sound(roads)
+    ((road, lane),) = ending(roads)
+    assert arms(roads, road) == (1, 2)
+    assert widths(roads, road, lane, from_way=1) == pytest.approx([2.0, 0.0, 0.0, 0.0], abs=1e-3)
+    assert width_at(lane.widths, 1.0) == pytest.approx(2.0, abs=0.1)
+    assert reported(told) == []
+
+
+@EITHER
+def test_without_room_they_become_narrower_before_the_junction(rule: Rule) -> None:
+    """Verges wider than the radius of the turns leave no room inside of these."""
+    told = Diagnostics()
+    roads = built(T, {3: ((replace(VERGE, width=9.0), WALK),) * 2}, rule, diagnostics=told)
+    assert_sound(roads)
+    assert ending(roads) == []
+    for side in (1, -1):
+        wide = [walk_width(roads, 3, side, at) for at in (0.0, 3.0, 6.0, 12.0)]
+        assert wide == pytest.approx([2.0 - less for less in smooth_step(2.0)], abs=0.02)
     ((osm_id, said),) = reported(told)
     assert osm_id == "node/1002"
     assert said.endswith("(2 sidewalks)")
 
 
 @EITHER
-def test_two_end_beside_one_edge_where_their_corner_has_no_room(rule: Rule) -> None:
-    """Streets that part at 8 degrees: cars that turn back swing out over both outer corners, near one arm."""
-    nodes = {**T.nodes, "w": (-120.0, 0.0), "e": (120.0, 0.0), "s": (-118.8, -16.7)}
-    roads = built(Case(nodes, T.ways), dict.fromkeys(T.ways, BOTH), rule)
-    assert_sound(roads)
-    by_arms: dict[frozenset[int], list[tuple[Road, Lane]]] = {}
-    for road, lane in ending(roads):
-        by_arms.setdefault(frozenset(arms(roads, road)), []).append((road, lane))
-    assert set(by_arms) == {frozenset({1, 2}), frozenset({2, 3})}
-    for ways, ((road, one), (same, two)) in by_arms.items():
-        assert road is same
-        tapers = [sorted(widths(roads, road, lane, from_way=way) for lane in (one, two)) for way in ways]
-        assert [item[0] for item in tapers] == [pytest.approx([0.0] * 4, abs=1e-9)] * 2
-        # Over 6 m, and over 12 m.
-        assert sorted(item[1] for item in tapers) == [
-            pytest.approx([2.0, 1.0, 0.0, 0.0], abs=1e-9),
-            pytest.approx(smooth_step(2.0), abs=1e-9),
-        ]
-
-
-@pytest.mark.parametrize("degrees", [9, 10, 11, 12, 15])
-def test_sidewalks_lead_past_acute_forks_or_end_on_either_hand(degrees: int) -> None:
-    """Cars that turn from one arm into the other stay on the carriageway, or swing out of it on the main street."""
-    angle = math.radians(degrees)
-    south = -120.0 * math.cos(angle), -120.0 * math.sin(angle)
-    case = Case({**T.nodes, "w": (-120.0, 0.0), "e": (120.0, 0.0), "s": south}, T.ways)
-    for rule in Rule:
-        roads = built(case, dict.fromkeys(T.ways, BOTH), rule)
-        found = sorted(tuple(sorted(arms(roads, road))) for road, _ in ending(roads))
-        assert len(found) in (0, 2)
-        assert len(set(found)) <= 1
-
-
-@EITHER
-def test_beside_corners_that_nobody_turns_round_they_stay_blunt(rule: Rule) -> None:
-    """Traffic comes from the west and from the south alone, and goes on to the east: none turns from 1 to 3."""
-    one_way = f"{STREET} oneway=yes"
-    case = Case(T.nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
-    told = Diagnostics()
-    roads = built(case, {1: ((), (WALK,))}, rule, diagnostics=told)
-    assert ending(roads) == []
-    assert [osm_id for osm_id, _ in reported(told)] == ["node/1002"]
-    # A quarter of a circle with the radius of its width, 2 m: between places 15 degrees apart, lines.
-    side = -1 if rule is Rule.RIGHT_HAND else 1
-    assert walk_width(roads, 1, side, 0.0) == pytest.approx(0.001, abs=1e-9)
-    for degrees in (15, 30, 45, 60, 75, 90):
-        turn = math.radians(degrees)
-        wide = walk_width(roads, 1, side, 2.0 * (1.0 - math.cos(turn)))
-        assert wide == pytest.approx(2.0 * math.sin(turn), abs=1e-6)
-    assert walk_width(roads, 1, side, 3.0) == pytest.approx(2.0, abs=1e-9)
-
-
-@EITHER
-def test_cycle_tracks_that_nothing_continues_have_round_ends(rule: Rule) -> None:
+def test_cycle_tracks_that_nothing_continues_become_narrower_before_the_junction(rule: Rule) -> None:
     """Of the street from west to east only the western part has any, and that on one side behind its sidewalk."""
     near, far = (1, -1) if rule is Rule.RIGHT_HAND else (-1, 1)
     roads = built(CASES["x"].case, {1: ((VERGE, TRACK), (TRACK, WALK))}, rule)
     assert_sound(roads)
-    width = [walk_width(roads, 1, near, at, LaneType.BIKING) for at in (0.0, 0.8, 1.6)]
-    assert width == pytest.approx([0.001, 1.6 * math.sin(math.radians(60.0)), 1.6], abs=1e-6)
+    width = [walk_width(roads, 1, near, at, LaneType.BIKING) for at in (0.0, 3.0, 6.0, 12.0)]
+    assert width == pytest.approx([0.001, 0.25, 0.8, 1.6], abs=0.01)
     assert walk_width(roads, 1, far, 0.0, LaneType.BIKING) == pytest.approx(1.6, abs=1e-9)
-
-
-@EITHER
-def test_round_ends_take_no_more_than_a_part_of_a_short_road(rule: Rule) -> None:
-    one_way = f"{STREET} oneway=yes"
-    nodes = {**T.nodes, "w": (-16.0, 0.0)}
-    case = Case(nodes, {1: ("w o", one_way), 2: ("o e", one_way), 3: ("s o", one_way)})
-    broad = replace(WALK, width=6.0)
-    roads = built(case, {1: ((), (broad,))}, rule)
-    (road,) = (road for road in roads.roads if road.osm_way_ids == (1,))
-    length = RoadMeasures(roads).length(road)
-    assert length < 20.0
-    side = -1 if rule is Rule.RIGHT_HAND else 1
-    assert walk_width(roads, 1, side, 0.3 * length) == pytest.approx(6.0, abs=1e-6)
-    assert walk_width(roads, 1, side, 0.15 * length) == pytest.approx(6.0 * 0.75**0.5, abs=1e-6)
 
 
 @EITHER

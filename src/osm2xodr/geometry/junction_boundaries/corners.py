@@ -233,7 +233,7 @@ def find_pieces(arms: Arms, edges: Edges) -> Pieces:
 def _meetings(first: IntArray, second: IntArray, edges: Edges) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return where edges meet others, s on either, and their distance there, (n,), m: the first crossing on the way.
 
-    Those that do not cross meet where they are nearest.
+    Those that do not cross meet where they are nearest, or as near as `SAME_EDGE` first.
     """
     one, other = edge_lines(edges, first), edge_lines(edges, second)
     every = np.arange(len(first))
@@ -248,7 +248,7 @@ def _meetings(first: IntArray, second: IntArray, edges: Edges) -> tuple[FloatArr
     apart = np.setdiff1d(every, crossing)
     a, b, pair = products(one.start[apart], one.start[apart + 1], other.start[apart], other.start[apart + 1])
     between = hypot(*(other.xy[b] - one.xy[a]).T)
-    nearest = np.lexsort((a, between, pair))
+    nearest = np.lexsort((a, np.maximum(between, defaults.SAME_EDGE), pair))
     nearest = nearest[unique_first(pair[nearest])[1]]
     leave[apart], join[apart], distance[apart] = one.s[a[nearest]], other.s[b[nearest]], between[nearest]
     return leave, join, distance

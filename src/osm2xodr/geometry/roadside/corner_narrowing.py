@@ -18,16 +18,16 @@ from osm2xodr.curves import sorted_unique
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.roadside import defaults
+from osm2xodr.geometry.roadside.corner_pairs import Place, places_of
 from osm2xodr.geometry.roadside.corner_wedges import wedges
 from osm2xodr.geometry.roadside.sidewalk_corners import sidewalk_corners
 from osm2xodr.geometry.roadside.strips import Margins, Strips
 from osm2xodr.model import IntArray, LaneType, Rule
 
-# Shares of their room that sidewalks get in a wedge, and whether the one with more room ends wider: the first that
-# helps. Choices: corners may need more room than a circle round their tip.
-_TRIES: Final = ((1.0, True), (0.9, True), (0.9, False), (0.6, False))
+# Shares of their room that sidewalks get in a wedge: the first that helps. Choices: corners may need more room than a
+# circle round their tip.
+_TRIES: Final = (1.0, 0.9)
 _PARKED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
-_Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 _Change = Callable[[RoadParts, tuple[Margins, ...], ConnectingRoads], tuple[Margins, ...]]
 
 
@@ -42,14 +42,14 @@ def lay_out_corners(
     """
     margins = _changed(parts, margins, _bare_parking(parts, margins), _nothing, whole=False)
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
-    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share, uneven=uneven) for share, uneven in _TRIES)]
+    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share) for share in _TRIES)]
     for change in changes:
         tried = change(parts, margins, failed)
         if tried is margins:
             continue
         _, still_failed = sidewalk_corners(parts, tried, cars, rule, sorted_unique(failed.junction))
-        lost = set(_corner_of(still_failed))
-        hopeless = np.array([corner in lost for corner in _corner_of(failed)], bool)
+        lost = set(places_of(still_failed))
+        hopeless = np.array([corner in lost for corner in places_of(failed)], bool)
         # Each side of an end faces one corner: it stays as it was where nothing is gained.
         changed = change(parts, margins, failed.chosen(~hopeless))
         if changed is margins:
@@ -64,24 +64,17 @@ def lay_out_corners(
     return margins, corners, failed.junction
 
 
-def _corner_of(rows: ConnectingRoads) -> list[tuple[_Place, _Place]]:
-    """Return the two places that each corner connects."""
-    entry = zip(rows.entry.tolist(), np.sign(rows.entry_lane).tolist(), strict=True)
-    exit_ = zip(rows.exit.tolist(), np.sign(rows.exit_lane).tolist(), strict=True)
-    return list(zip(entry, exit_, strict=True))
-
-
 def _kerbside(parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads) -> tuple[Margins, ...]:
     """Leave out the strips inside the sidewalks of some corners over their last metres."""
-    places = sorted({place for corner in _corner_of(rows) for place in corner})
+    places = sorted({place for corner in places_of(rows) for place in corner})
     return _changed(parts, margins, places, _sidewalk_alone)
 
 
 def _wedged(
-    parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float, uneven: bool
+    parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float
 ) -> tuple[Margins, ...]:
     """Let sidewalks of some corners end at the kerb, in wedges with a share of the room between both kerbs."""
-    found = wedges(parts, rows, share, uneven=uneven)
+    found = wedges(parts, rows, share)
     if not found:
         return margins
     out = list(_kerbside(parts, margins, rows))
@@ -93,7 +86,7 @@ def _wedged(
     return tuple(out)
 
 
-def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[_Place]:
+def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[Place]:
     """Return where roads meet junctions with room for parked cars at a side, and nothing beyond it."""
     beside = [road for road, item in enumerate(margins) if item]
     ends = [2 * road + k for road in beside for k in (0, 1) if parts.end_junction[road, k] >= 0]
@@ -112,7 +105,7 @@ def _sidewalk_alone(strips: Strips) -> Strips:
 def _changed(
     parts: RoadParts,
     margins: tuple[Margins, ...],
-    places: Iterable[_Place],
+    places: Iterable[Place],
     change: Callable[[Strips], Strips],
     whole: bool = True,
 ) -> tuple[Margins, ...]:

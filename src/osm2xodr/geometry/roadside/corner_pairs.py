@@ -21,6 +21,8 @@ from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, Rule
 
+Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walks(Table):
@@ -70,9 +72,14 @@ def find_corners(parts: RoadParts, margins: Sequence[Margins], cars: ConnectingR
     return Corners(junction, entry, exit_, Walks.of(first), Walks.of(second), passed)
 
 
-def walks_at(
-    parts: RoadParts, margins: Sequence[Margins], places: Iterable[tuple[int, int]]
-) -> dict[tuple[int, int], Sidewalk]:
+def places_of(corners: ConnectingRoads) -> list[tuple[Place, Place]]:
+    """Return the two places that each corner connects."""
+    entry = zip(corners.entry.tolist(), np.sign(corners.entry_lane).tolist(), strict=True)
+    exit_ = zip(corners.exit.tolist(), np.sign(corners.exit_lane).tolist(), strict=True)
+    return list(zip(entry, exit_, strict=True))
+
+
+def walks_at(parts: RoadParts, margins: Sequence[Margins], places: Iterable[Place]) -> dict[Place, Sidewalk]:
     """Return the sidewalks, or cycle tracks or shoulders without one, at road ends and sides of their roads."""
     found = (
         ((end, side), _sidewalk(parts, margins[end // 2], end, side)) for end, side in places if margins[end // 2]
@@ -127,7 +134,7 @@ def _pairs(
                 yield junction, end, following, first, second, passed
 
 
-def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind: LaneType, end: int) -> bool:
+def _is_passed(parts: RoadParts, walks: Mapping[Place, Sidewalk], kind: LaneType, end: int) -> bool:
     """Whether sidewalks run on past a road end: a driveway's without any.
 
     Shoulders do not: what comes in from there crosses them. How cycle tracks do is said in `cycle_tracks`.
@@ -137,7 +144,7 @@ def _is_passed(parts: RoadParts, walks: Mapping[tuple[int, int], Sidewalk], kind
     return parts.at_end(end).attributes.highway in defaults.PASSED_HIGHWAYS
 
 
-def arms_in_order(parts: RoadParts, walks: Iterable[tuple[int, int]], sense: int) -> Iterator[tuple[int, list[int]]]:
+def arms_in_order(parts: RoadParts, walks: Iterable[Place], sense: int) -> Iterator[tuple[int, list[int]]]:
     """Yield junctions with their arms in order around their middle, from the arm of the least number on.
 
     They are the junctions of some sidewalks, by the road end and the side of the road.

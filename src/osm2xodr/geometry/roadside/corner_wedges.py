@@ -53,10 +53,10 @@ _SHARES: Final = np.linspace(1.0, 0.0, 5)[:-1]
 _TOLERANCE: Final = 0.01
 
 
-def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: bool) -> list[tuple[int, Wedge]]:
+def wedges(parts: RoadParts, rows: ConnectingRoads, share: float) -> list[tuple[int, Wedge]]:
     """Return the wedges, by road end, in which sidewalks of corners end with a share of the room between both kerbs.
 
-    Where they may end `uneven`, the one with more room is as wide as the bend of the corner allows.
+    The one with more room is as wide as the bend of the corner allows.
     """
     one = _Kerbs.of(parts, rows.entry, rows.entry_lane, rows.entry_width)
     other = _Kerbs.of(parts, rows.exit, rows.exit_lane, rows.exit_width)
@@ -79,7 +79,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
     bend = (np.pi - angle) * (width / 2 + defaults.CORNER_TIP_RADIUS)
     last = np.divide(bend, straight + bend, out=np.ones(len(bend)), where=straight > 0.0)
     wide = np.minimum(share * (more - slack), width + _FOLD / smooth_step(last))
-    wide = np.maximum(width, np.where(facing & uneven, _rounded(np.minimum(wide, first.full)), width))
+    wide = np.maximum(width, np.where(facing, _rounded(np.minimum(wide, first.full)), width))
     slope = np.where(facing, _GENTLER, _GENTLE)
     parallel = (room < first.full[:, None]).all(axis=1) & (angle < _PARALLEL) & (first.u[:, -1] > _LONG)
     slope = np.where(facing & ~parallel, np.inf, slope)
@@ -92,7 +92,7 @@ def wedges(parts: RoadParts, rows: ConnectingRoads, share: float, *, uneven: boo
         columns = (item.tolist() for item in (kerbs.end, kerbs.side, kerbs.full, u, sizes))
         for keep, (end, side, full, places, widths) in zip(enough.tolist(), zip(*columns, strict=True), strict=True):
             if keep and widths[0] < full - defaults.SAME_PLACE:
-                points = _simple(_upwards(zip(places, widths, strict=True), full))
+                points = simple(_upwards(zip(places, widths, strict=True), full))
                 found.append((end, Wedge(int(side), end % 2 == 1, points)))
     return found
 
@@ -247,7 +247,7 @@ def _upwards(points: Iterable[tuple[float, float]], full: float) -> list[tuple[f
     return [*out, (u0 + (full - w0), full)]
 
 
-def _simple(points: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+def simple(points: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
     """Return places without those that lie on straight lines between others."""
     first, last = points[0], points[-1]
     if len(points) < 3:
@@ -257,4 +257,4 @@ def _simple(points: list[tuple[float, float]]) -> tuple[tuple[float, float], ...
     worst = max(range(len(points)), key=off.__getitem__)
     if off[worst] <= _TOLERANCE:
         return first, last
-    return (*_simple(points[: worst + 1])[:-1], *_simple(points[worst:]))
+    return (*simple(points[: worst + 1])[:-1], *simple(points[worst:]))
