@@ -13,6 +13,7 @@ from osm2xodr.furniture.options import (
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
+    from osm2xodr.furniture.lane_sections import NoParking
     from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
 
@@ -22,6 +23,7 @@ class Placed:
 
     furniture: Furniture
     section_breaks: tuple[tuple[int, float], ...]  # Id of a road, and s, m
+    no_parking: tuple[NoParking, ...]
 
 
 def find_furniture(
@@ -41,6 +43,7 @@ def find_furniture(
         Gets what is guessed, and what is dropped and why.
     """
     # Here, so that the command line starts without numpy.
+    from osm2xodr.furniture.lane_sections import no_parking
     from osm2xodr.furniture.lights import place_lights
     from osm2xodr.furniture.objects import find_crossings, place_objects, place_structures
     from osm2xodr.furniture.signs import place_signs
@@ -73,16 +76,17 @@ def find_furniture(
             "objects": float(len(objects)),
         },
     )
-    return Placed(furniture, tuple(lights.section_breaks))
+    return Placed(furniture, tuple(lights.section_breaks), no_parking(world, crossings))
 
 
 def with_furniture(road_map: RoadMap, placed: Placed | None) -> RoadMap:
     """Return the road map that furniture was found for, with it."""
-    from osm2xodr.furniture.lights import cut_sections
+    from osm2xodr.furniture.lane_sections import cut_sections, without_parking
 
     if placed is None:
         return road_map
-    return replace(cut_sections(road_map, placed.section_breaks), furniture=placed.furniture)
+    road_map = without_parking(cut_sections(road_map, placed.section_breaks), placed.no_parking)
+    return replace(road_map, furniture=placed.furniture)
 
 
 def with_islands(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:

@@ -31,6 +31,10 @@ STOP_LINE_SQUEEZED: Final = 0.2
 CROSSING_WIDTH: Final = 3.0
 CROSSING_WIDTH_SIGNALS: Final = 4.0
 CROSSING_WIDTH_MIN: Final = 1.83
+# Nobody parks within this distance before crossings, m (StVO, annex 2, sign 293; UVC 11-1003: 20 ft), nor where less
+# than a space to park along the kerb is left, m (EAR 05).
+NO_PARKING_BEFORE_CROSSING: Final = 5.0
+ROOM_TO_PARK: Final = 5.7
 # How far a crossing or bus stop in a junction may be moved to a road, m; a choice.
 CROSSING_REACH: Final = 15.0
 # How far a crossing on a short road may be moved so that a stop line fits before it, m; a choice.

@@ -1,7 +1,4 @@
-"""Which nodes give lights, and for which approaches.
-
-Lane sections that are cut in two stay the same lanes.
-"""
+"""Which nodes give lights, and for which approaches."""
 
 from __future__ import annotations
 
@@ -15,15 +12,8 @@ from junction_cases import CASES, dual_cross
 from light_cases import ARMS, NODES, ROAD, SIGNALS, YIELDING, Lit, X, crossing_at, lit, sides, with_tags
 from street_cases import Case
 
-from osm2xodr.curves import curvature_at
-from osm2xodr.furniture.lights.nodes import cut_sections
-from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.model import (
-    Cubic,
     Footway,
-    Lane,
-    LaneType,
-    RoadMap,
     RoadsideKind,
     RoadsideThing,
     Rule,
@@ -271,81 +261,3 @@ def test_lights_with_no_room_for_a_car_before_the_junctions_are_those(
     assert len(found.heads("1000002")) == 2
     assert len(of_road) == (2 if "road" in kinds else 0)
     assert not found.left_out
-
-
-@pytest.fixture(name="roads")
-def _roads() -> RoadMap:
-    return CASES["two_lanes_turn_left"].case.build()
-
-
-def test_lanes_stay_where_they_are(roads: RoadMap) -> None:
-    before = LaneTable(roads)
-    breaks = [(road.id, 0.37 * before.length(road.id)) for road in roads.roads if before.length(road.id) > 10.0]
-    after = LaneTable(cut_sections(roads, breaks))
-    for road, _ in breaks:
-        for k in range(101):
-            s = 0.01 * k * before.length(road)
-            # Strips of the floor that are nowhere wide in a part are no lanes of it.
-            one, other = ([item for item in table.at(road, s) if item.left > item.right] for table in (before, after))
-            assert [item.id for item in one] == [item.id for item in other]
-            assert [item.left for item in one] == pytest.approx([item.left for item in other], abs=1e-9)
-            assert [item.right for item in one] == pytest.approx([item.right for item in other], abs=1e-9)
-
-
-def test_links_lead_over_the_cut(roads: RoadMap) -> None:
-    road = roads.roads[0]
-    cut = cut_sections(roads, [(road.id, 30.0)]).roads[0]
-    assert len(cut.lane_sections) == len(road.lane_sections) + 1
-    k = next(k for k, section in enumerate(cut.lane_sections) if section.s == 30.0)
-    first, second = cut.lane_sections[k - 1 : k + 1]
-    assert {lane.id: lane.successor for lane in first.lanes if lane.id} == {
-        lane.id: lane.id for lane in second.lanes if lane.id
-    }
-    assert all(lane.predecessor == lane.id for lane in second.lanes if lane.id)
-    original = road.lane_sections[k - 1]
-    assert [lane.predecessor for lane in first.lanes] == [lane.predecessor for lane in original.lanes]
-    assert [lane.successor for lane in second.lanes] == [lane.successor for lane in original.lanes]
-
-
-def test_no_section_becomes_too_short(roads: RoadMap) -> None:
-    road = roads.roads[0]
-    length = LaneTable(roads).length(road.id)
-    assert cut_sections(roads, []) is roads
-    assert cut_sections(roads, [(road.id, 0.3), (road.id, length - 0.3)]).roads == roads.roads
-    # Nor does one begin beyond an end of its road.
-    assert cut_sections(roads, [(road.id, length + 5.0)]).roads == roads.roads
-    assert cut_sections(roads, [(road.id, -0.5)]).roads == roads.roads
-    assert (
-        len(cut_sections(roads, [(road.id, 30.0), (road.id, 30.2)]).roads[0].lane_sections)
-        == len(road.lane_sections) + 1
-    )
-
-
-def test_what_lies_beside_one_half_only_is_no_lane_of_the_other(roads: RoadMap) -> None:
-    """A sidewalk from 40 m on: cut at 20 m, only the second half has it; cut at 60 m, both do."""
-    road = roads.roads[0]
-    (section,) = road.lane_sections
-    lowest = section.lanes[-1].id - 1
-    widths = Cubic(0.0, 0.0), Cubic(40.0, 0.0, 0.2), Cubic(50.0, 2.0)
-    walk = Lane(lowest, LaneType.SIDEWALK, widths)
-    beside = replace(road, lane_sections=(replace(section, lanes=(*section.lanes, walk)),))
-    whole = replace(roads, roads=(beside, *roads.roads[1:]))
-    for s, first_has_it in ((20.0, False), (60.0, True)):
-        first, second = cut_sections(whole, [(road.id, s)]).roads[0].lane_sections
-        assert (first.lanes[-1].id == lowest) is first_has_it
-        assert second.lanes[-1].id == lowest
-        assert second.lanes[-1].predecessor == (lowest if first_has_it else None)
-        assert all(lane.successor == lane.id for lane in first.lanes if lane.id)
-
-
-def test_tight_bends_are_not_cut() -> None:
-    """A street turns off at a right angle: cuts keep 2.5 m off the bend, those elsewhere are made."""
-    nodes = {"w": (-60.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 60.0)}
-    roads = Case(nodes, {1: ("w o n", "lanes=2 width=6")}).build()
-    plan = roads.plan_view
-    s = np.linspace(0.0, LaneTable(roads).length(roads.roads[0].id), 2001)
-    bent = s[np.abs(curvature_at(plan, np.zeros(len(s), np.int64), s)) > 0.05]
-    begin, end = bent[[0, -1]].tolist()
-    assert 20.0 < begin < end < 100.0
-    for s, parts in ((begin - 4.0, 2), (begin - 1.0, 1), (0.5 * (begin + end), 1), (end + 1.0, 1), (end + 4.0, 2)):
-        assert len(cut_sections(roads, [(roads.roads[0].id, s)]).roads[0].lane_sections) == parts

@@ -25,7 +25,7 @@ from osm2xodr.furniture.lights.heads import (
     people_heads,
     road_heads,
 )
-from osm2xodr.furniture.lights.nodes import Sites, cut_sections as cut_sections, find_sites
+from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of, junction_programmes
 from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World, junction_behind
 from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
@@ -39,7 +39,7 @@ _STEPS: Final = (-0.3, 0.5, 1.0)
 class Lights:
     """The lights of a map; the lists grow while lights are placed."""
 
-    # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.nodes`
+    # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lane_sections`
     section_breaks: tuple[tuple[int, float], ...] = ()
     # (id of the road, whether traffic comes to its end) of the approaches with lights
     signalled: frozenset[tuple[int, bool]] = frozenset()

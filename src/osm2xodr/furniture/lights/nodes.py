@@ -1,11 +1,7 @@
-"""Which approaches, crossings and places on roads have lights, from the nodes that OSM tags with them.
-
-Behind lights that stand apart from junctions lane sections are cut.
-"""
+"""Which approaches, crossings and places on roads have lights, from the nodes that OSM tags with them."""
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import Signs, read_signs
-from osm2xodr.curves import curvature_at, curves_cross, lengths, sorted_unique
+from osm2xodr.curves import curves_cross, sorted_unique
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.furniture.defaults import ONE_INSTALLATION, ROOM_FOR_CAR
 from osm2xodr.furniture.lights.heads import THROUGH, Candidate, RoadLight, place_on_roads, turn_of
@@ -27,19 +23,10 @@ from osm2xodr.furniture.world import (
     nearest_segment,
     points_beside,
 )
-from osm2xodr.model import Cubic, Lane, LaneSection, Light, NodeControl, PlanView, Road, RoadMap, RoadsideKind, Sign
+from osm2xodr.model import Light, NodeControl, RoadsideKind, Sign
 
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
 _LIGHT_CROSSING_REACH: Final = 8.0
-
-# Lanes that are narrower where sections touch end there, m: rounding.
-_NARROWEST_LANE: Final = 1e-6
-# Least distance of a cut from other cuts and the road's end, m; a choice.
-_APART: Final = 0.5
-# No section is cut within this distance of a bend of less than this radius, m: CARLA steps 2.5 m along the reference
-# line, which is up to 3.3 m on a lane 6 m outside of it.
-_BEND_REACH: Final = 2.5
-_BEND_RADIUS: Final = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -352,78 +339,3 @@ def _with_lights_beside(world: World, crossings: Sequence[Crossing]) -> tuple[Cr
         else:
             out[near] = replace(out[near], signals=True)
     return tuple(out)
-
-
-def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
-    """Cut lane sections in two at some places (id of the road, s, m).
-
-    Where another section begins or the road ends within `_APART`, or where the road bends tightly, none is cut:
-    readers that step from section to section along the reference line leave outer lanes there.
-    """
-    if not breaks:
-        return road_map
-    at: dict[int, list[float]] = defaultdict(list)
-    for road, s in breaks:
-        at[road].append(s)
-    length = lengths(road_map.plan_view).tolist()
-    roads = [
-        _cut(road, _off_bends(road_map.plan_view, k, sorted(at[road.id])), far) if road.id in at else road
-        for k, (road, far) in enumerate(zip(road_map.roads, length, strict=True))
-    ]
-    return replace(road_map, roads=tuple(roads))
-
-
-def _off_bends(plan: PlanView, curve: int, places: Sequence[float]) -> list[float]:
-    """Return the places apart from tight bends."""
-    probes = np.array([[s - _BEND_REACH, s, s + _BEND_REACH] for s in places])
-    curves = np.full(probes.size, curve, np.int64)
-    bend = np.abs(curvature_at(plan, curves, probes.ravel())).reshape(-1, 3).max(axis=1)
-    return [s for s, k in zip(places, bend.tolist(), strict=True) if k * _BEND_RADIUS < 1.0]
-
-
-def _cut(road: Road, places: Sequence[float], length: float) -> Road:
-    sections = list(road.lane_sections)
-    for s in places:
-        starts = [section.s for section in sections]
-        # A light near the start or the end of a road may want a section that begins beyond it.
-        if _APART <= s <= length - _APART and min(abs(s - other) for other in starts) >= _APART:
-            k = bisect_right(starts, s) - 1
-            sections[k : k + 1] = _halves(sections[k], s)
-    return replace(road, lane_sections=tuple(sections))
-
-
-def _halves(section: LaneSection, s: float) -> tuple[LaneSection, LaneSection]:
-    along = s - section.s
-    before, after = [], []
-    for lane in section.lanes:
-        first, last = tuple(item for item in lane.widths if item.s < along), _from(lane.widths, along)
-        # A lane of width 0 where sections touch has no link (ASAM OpenDRIVE 1.7, 11.6).
-        link = lane.id if last and last[0].a > _NARROWEST_LANE else None
-        before.append(replace(lane, widths=first, successor=link))
-        after.append(replace(lane, widths=last, predecessor=link))
-    # Strips beside the carriageway of one half only are not lanes of the other half.
-    gone = _vanished(before, "predecessor"), _vanished(after, "successor")
-    before = [replace(lane, successor=None) if lane.id in gone[1] else lane for lane in before]
-    after = [replace(lane, predecessor=None) if lane.id in gone[0] else lane for lane in after]
-    kept_before = tuple(lane for lane in before if lane.id not in gone[0])
-    kept_after = tuple(lane for lane in after if lane.id not in gone[1])
-    return LaneSection(section.s, kept_before), LaneSection(s, kept_after)
-
-
-def _vanished(lanes: Sequence[Lane], beyond: str) -> frozenset[int]:
-    """Return the ids of the outermost lanes of width 0 throughout that have no link of the given name."""
-    out: set[int] = set()
-    for side in (lanes, lanes[::-1]):
-        for lane in side:
-            wide = any(item.a or item.b or item.c or item.d for item in lane.widths)
-            if lane.id == 0 or wide or getattr(lane, beyond) is not None:
-                break
-            out.add(lane.id)
-    return frozenset(out)
-
-
-def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
-    """Return the part of piecewise cubics from s on, m, with s counted from there."""
-    k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
-    first = tuple(item.begun_later(s - item.s, 0.0) for item in cubics[k : k + 1])
-    return (*first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))
