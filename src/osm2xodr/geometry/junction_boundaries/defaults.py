@@ -12,8 +12,8 @@ CLOSED_WITHIN: Final = 0.3
 # Distance of places on edges that may cross, m: arcs of 5 m lie within 7 mm of their chords.
 EDGE_SPACING: Final = 0.5
 # Distance of places on the boundary of a junction, m, that roads are compared with, and that of places on these,
-# which are so many at least. A choice of speed: arcs of 5 m lie within 6 cm of their chords.
-RING_SPACING: Final = 1.5
+# which are so many at least. A choice of speed: strips that end narrow by up to a metre on one.
+RING_SPACING: Final = 0.75
 BULGE_SPACING: Final = 4.0
 BULGE_PLACES: Final = 2
 # Roads that leave the boundary by less are not gone round, m. A choice.
