@@ -294,7 +294,7 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
 def _turned(cut: CutStreets, connecting: ConnectingRoads) -> ConnectingRoads:
     """Draw turns again that are too sharp, and those that turn back."""
     connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
-    return draw_turns_back(connecting)
+    return draw_turns_back(connecting, cut.ends, cut.layout)
 
 
 def _without_impossible_turns(
@@ -311,6 +311,6 @@ def _without_impossible_turns(
     unneeded = unfit & linked_without(connecting, unfit)
     report_turns_left_out(network, cut.layout, connecting.junction[unneeded], TURN_BACK, diagnostics)
     connecting = connecting.chosen(~unneeded) if unneeded.any() else connecting
-    needless = turns_without_need(connecting, cut.parts)
+    needless = turns_without_need(connecting, cut.parts, cut.ends, cut.layout)
     report_turns_left_out(network, cut.layout, connecting.junction[needless], NEEDLESS, diagnostics)
     return connecting.chosen(~needless) if needless.any() else connecting

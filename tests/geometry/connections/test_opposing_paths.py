@@ -7,7 +7,7 @@ import pytest
 
 from osm2xodr.curves import chain_curves, lengths, pose, smallest_radius, stack_plan_views
 from osm2xodr.geometry.connections.carriageways import Carriageways
-from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, joined_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -93,3 +93,18 @@ def test_no_ways_are_no_pairs() -> None:
     none = np.zeros(0, np.int64)
     plan = connect(*(np.zeros(0) for _ in range(6)))
     assert draw_side_by_side(plan, none, none, np.zeros(0), np.zeros(0, bool)) is plan
+
+
+@pytest.mark.parametrize(
+    ("apart", "lanes_meet", "one_way"), [(4.0, True, True), (9.0, False, True), (4.0, False, False)]
+)
+def test_carriageways_that_end_face_to_face_are_one_arm(apart: float, lanes_meet: bool, one_way: bool) -> None:
+    """Road end 1 has lanes both ways, 19 m east of it end the carriageways 2, which leads away, and 3."""
+    zero, east, west = np.zeros(1), np.zeros(1), np.full(1, np.pi)
+    there = connect(zero, zero - 1.5, east, zero + 19.0, zero + 5.0, east)
+    back = connect(zero + 19.0, zero + 5.0 + apart, west, zero, zero + 1.5, west)
+    plan = stack_plan_views(there, back)
+    arms = joined_arms(
+        plan, np.zeros(2, np.int64), np.array([1, 3]), np.array([2, 1]), np.array([False, False, one_way, one_way])
+    )
+    assert [arm.tolist() for arm in arms] == ([[1, 2], [2, 1]] if lanes_meet else [[1, 3], [2, 1]])

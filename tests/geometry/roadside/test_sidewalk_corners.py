@@ -347,8 +347,8 @@ def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> 
 
 
 def test_corners_without_room_are_left_out_and_told() -> None:
-    """Streets that part at 8 degrees: cars that turn back swing out over both outer corners."""
-    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": (-118.8, -16.7)}
+    """Streets that part at 5 degrees: cars that turn back swing out over both outer corners."""
+    nodes = {"w": (-120.0, 0.0), "o": (0.0, 0.0), "e": (120.0, 0.0), "s": (-119.5, -10.5)}
     street = "lanes=2 width=6"
     case = Case(nodes, {1: ("w o", street), 2: ("o e", street), 3: ("s o", street)})
     diagnostics = Diagnostics()

@@ -26,7 +26,7 @@ from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_car
 from osm2xodr.geometry.connections.corner_paths import turning_radii
 from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
-from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, joined_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
 from osm2xodr.geometry.junctions import Movement, draw_loops
@@ -224,7 +224,11 @@ def build_connecting_roads(
     plan = keep_to_carriageways(plan, streets)
     width = (columns.entry_width + columns.exit_width) / 2
     shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
-    plan = draw_side_by_side(plan, entry, exit_, width, shared, streets)
+    junction = np.array([row.junction for row in rows], np.int64)
+    one_way = np.zeros(len(links.x), bool)
+    one_way[links.road_end[street_ends]] = (ends.enters != ends.leaves)[street_ends]
+    arms = joined_arms(plan, junction, entry, exit_, one_way)
+    plan = draw_side_by_side(plan, *arms, width, shared, streets)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2
@@ -232,7 +236,7 @@ def build_connecting_roads(
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
-        junction=np.array([row.junction for row in rows], np.int64),
+        junction=junction,
         entry=entry,
         exit=exit_,
         entry_lane=np.array([row.lane_in.id for row in rows], np.int64),

@@ -40,6 +40,10 @@ _PLACES: Final = 32
 # The last axis that is tried runs between the middle of their way over the streets and the direct curve: as in
 # `ROUNDINGS`. A choice.
 _BETWEEN: Final = (12.0, 16.0, 0.6)
+# One-way carriageways are the two halves of one arm where lanes of both end within this of each other, m, and their
+# headings are opposite within 30 degrees. Choices: a median, and half a lane on either side.
+_ONE_ARM: Final = 8.0
+_OPPOSITE: Final = -0.866
 # Less than this decides nothing, m: alike junctions shall look alike, and coordinates are rounded.
 _ROUNDING: Final = 1e-3
 
@@ -62,10 +66,11 @@ def draw_side_by_side(
 ) -> PlanView:
     """Redraw curves from arm to arm and back that come too near to each other, if that sets them apart.
 
-    `entry` and `exit_` are the road ends that the curves join, `width` is that of their lanes, m, and `shared` says
-    which have a lane for both directions, all (n,); `streets` are those inside the junctions. Both curves of a pair
-    are drawn beside the curve from the middle between their ends on one arm to that on the other; or, if that does
-    not help, one of them is drawn beside the other; or both beside the middle of their way over the streets.
+    `entry` and `exit_` are the arms that the curves join (`joined_arms`), `width` is that of their lanes, m, and
+    `shared` says which have a lane for both directions, all (n,); `streets` are those inside the junctions. Both
+    curves of a pair are drawn beside the curve from the middle between their ends on one arm to that on the other;
+    or, if that does not help, one of them is drawn beside the other; or both beside the middle of their way over the
+    streets.
     """
     pairs = _pairs(entry, exit_, shared)
     axes_of: tuple[Callable[[PlanView, _Pairs], PlanView], ...] = (_middles, _ways_there, _ways_back)
@@ -80,6 +85,34 @@ def draw_side_by_side(
             break
         plan = _redrawn(plan, pairs, apart, axes(plan, pairs), defaults.TURNING_RADIUS_ACUTE, streets=streets)
     return plan
+
+
+def joined_arms(
+    plan: PlanView, junction: IntArray, entry: IntArray, exit_: IntArray, one_way: BoolArray
+) -> tuple[IntArray, IntArray]:
+    """Return numbers of the arms that curves lead from and to, (n,): those of road ends, of both halves of arms once.
+
+    `one_way`, (ends,), says which road ends are those of one-way carriageways.
+    """
+    begin, end = (np.column_stack(poses).tolist() for poses in curve_ends(plan))
+    into: dict[int, dict[int, list[float]]] = {}
+    for k in np.flatnonzero(one_way[entry]).tolist():
+        into.setdefault(int(junction[k]), {})[int(entry[k])] = begin[k]
+    near: dict[tuple[int, int], float] = {}
+    for k in np.flatnonzero(one_way[exit_]).tolist():
+        x, y, hdg = end[k]
+        for arm, (x0, y0, hdg0) in into.get(int(junction[k]), {}).items():
+            apart = float(np.hypot(x - x0, y - y0))
+            if apart < _ONE_ARM and float(cosine(np.array(hdg - hdg0))) < _OPPOSITE:
+                pair = arm, int(exit_[k])
+                near[pair] = min(apart, near.get(pair, np.inf))
+    number = np.arange(len(one_way))
+    taken: set[int] = set()
+    for arm, other in sorted(near, key=lambda pair: (round(near[pair], 3), pair)):
+        if not taken & {arm, other}:
+            number[arm] = number[other] = min(arm, other)
+            taken |= {arm, other}
+    return number[entry], number[exit_]
 
 
 def _too_near(

@@ -29,8 +29,9 @@ from osm2xodr.geometry.connections.pose_to_pose import curves_apart
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import needs_own_tarmac, turn_back_rows
 from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
-from osm2xodr.geometry.junctions import RoadParts, end_poses
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
 from osm2xodr.geometry.lanes import CrossSection
+from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
@@ -211,14 +212,16 @@ def _runs_onto(x: FloatArray, y: FloatArray, arm: Poses, section: CrossSection) 
 """From each road end that traffic reaches, the next ones that it reaches, m from the one to the other."""
 
 
-def turns_without_need(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
+def turns_without_need(
+    connecting: ConnectingRoads, parts: RoadParts, ends: StreetEnds, layout: JunctionLayout
+) -> BoolArray:
     """Say which turns are too sharp, or turn back over ground of their own, and are not needed, (n,).
 
     They are not where all cars that come over them have another way that is hardly longer, and where their lanes are
     linked without them.
     """
     plan = connecting.plan_view
-    found = (smallest_radius(plan) < TURNING_RADIUS_ACUTE * (1 - 1e-3)) | needs_own_tarmac(connecting)
+    found = (smallest_radius(plan) < TURNING_RADIUS_ACUTE * (1 - 1e-3)) | needs_own_tarmac(connecting, ends, layout)
     out = np.zeros(len(found), bool)
     rows = np.flatnonzero(found & connecting.for_vehicles() & (connecting.entry != connecting.exit))
     if not len(rows):

@@ -20,11 +20,11 @@ _OFFSETS: Final = 2
 # What ways cost, m² of tarmac: each m² of their own beyond `_OWN` once more so much; each metre that oncoming cars
 # lack. Choices.
 _OWN: Final = OWN_TARMAC
-_PER_OWN_BEYOND: Final = 2.0
-_PER_MEETING: Final = 35.0
+_PER_OWN_BEYOND: Final = 5.0
+_PER_MEETING: Final = 40.0
 _MEET: Final = NEAR_ENDS
-# Ways there and back keep a margin of 0.1 m more apart.
-_APART: Final = CAR_WIDTH + 0.1
+# Ways there and back keep a margin of 0.2 m more apart: they are compared at places.
+_APART: Final = CAR_WIDTH + 0.2
 
 
 def _square(junction: int, x: float, y: float) -> int:

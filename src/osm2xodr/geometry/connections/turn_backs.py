@@ -53,6 +53,8 @@ from osm2xodr.geometry.connections.turn_back_ways import (
     squares_across,
 )
 from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
+from osm2xodr.geometry.junctions import JunctionLayout
+from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Places that are tried: the middle of the turning circle lies ahead of both ends by up to this, m, at this spacing,
@@ -66,10 +68,10 @@ _ALONG: Final = 24
 # each rad that they swing out and back; each metre that the turn is sharper than `U_TURN_RADIUS`.
 # Choices: nobody drives 20 m farther to spare 2 m² of tarmac.
 _PER_LENGTH: Final = 0.25
-_LONGEST: Final = 36.0
-_PER_LENGTH_BEYOND: Final = 4.0
+_LONGEST: Final = 38.0
+_PER_LENGTH_BEYOND: Final = 30.0
 _PER_SWING: Final = 1.5
-_PER_SHARPNESS: Final = 24.0
+_PER_SHARPNESS: Final = 48.0
 # Radii that are tried, m: of a car that others turn round, of most, and of one with care.
 _RADII: Final = (7.5, U_TURN_RADIUS_MAX, 5.0, U_TURN_RADIUS, 3.5, CONNECTING_RADIUS)
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
@@ -93,12 +95,12 @@ def lanes_apart(begin: Poses, end: Poses) -> FloatArray:
     return np.asarray(np.abs((end[1] - begin[1]) * cosine(axis) - (end[0] - begin[0]) * sine(axis)))
 
 
-def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
+def draw_turns_back(connecting: ConnectingRoads, ends: StreetEnds, layout: JunctionLayout) -> ConnectingRoads:
     """Return the roads with those that turn back drawn so that they need the least tarmac of their own."""
     rows = turn_back_rows(connecting)
     if not len(rows):
         return connecting
-    ground, plan = _Ground(connecting, rows), connecting.plan_view
+    ground, plan = _Ground(connecting, rows, ends, layout), connecting.plan_view
     turns, number = chosen_curves(plan, rows), {row: k for k, row in enumerate(rows.tolist())}
     partner = {}
     for one, other in zip(*(side.tolist() for side in connecting.there_and_back()), strict=True):
@@ -116,16 +118,20 @@ def draw_turns_back(connecting: ConnectingRoads) -> ConnectingRoads:
     own = ground.own_tarmac(turns, rows)
     costs = _cost(lengths(turns), smallest_radius(turns), _swing(turns)) + np.array([cost_of_ground(v) for v in own])
     drawn, now = _places(turns, 2 * _ALONG, NEAR_ENDS), _places(turns, _ALONG, NEAR_ENDS)
+    # What comes back without turning back stays.
+    others = np.array([partner[row] for row in number if row in partner and partner[row] not in number], np.int64)
+    stays = dict(zip(others.tolist(), _places(plan, 2 * _ALONG, NEAR_ENDS, others)[:, :2], strict=True))
     nothing = np.zeros((2, 0))
     # Two that turn round the same nose are chosen in turns, the inner one first.
     chosen: dict[int, int] = {}
     for _ in range(_ROUNDS):
         for k in np.lexsort((rows, lanes_apart(begin, end))).tolist():
-            other = number.get(partner.get(int(rows[k]), -1), -1)
+            back = partner.get(int(rows[k]), -1)
+            other = number.get(back, -1)
             if k in chosen and other not in chosen:
                 continue
-            beside = drawn[other, :2] if other in chosen else nothing
-            best = rounded(costs[k] + (cost_of_meeting(now[k], beside) if other in chosen else 0.0))
+            beside = drawn[other, :2] if other in chosen else stays.get(back, nothing)
+            best = rounded(costs[k] + (cost_of_meeting(now[k], beside) if beside.size else 0.0))
             part = slice(int(first[k]), int(first[k + 1]))
             some = length[part], curvature[part]
             given = *some, bounds[part], known[part], *ground.of(int(rows[k])), beside, scratch
@@ -158,20 +164,20 @@ def balloons(connecting: ConnectingRoads) -> BoolArray:
     return out & (connecting.length > _BALLOON) & (_swing(connecting.plan_view) > _SWINGS)
 
 
-def needs_own_tarmac(connecting: ConnectingRoads) -> BoolArray:
-    """Say which roads turn back over ground that no other way through their junction paves, (n,)."""
+def needs_own_tarmac(connecting: ConnectingRoads, ends: StreetEnds, layout: JunctionLayout) -> BoolArray:
+    """Say which roads turn back over ground that no street or other way through their junction paves, (n,)."""
     rows = turn_back_rows(connecting)
     out = np.zeros(len(connecting.length), bool)
     if len(rows):
-        ground = _Ground(connecting, rows)
+        ground = _Ground(connecting, rows, ends, layout)
         out[rows] = ground.own_tarmac(chosen_curves(connecting.plan_view, rows), rows) > OWN_TARMAC
     return out
 
 
 class _Ground:
-    """The squares that the ways through junctions pave, but those that turn back."""
+    """The squares that streets within junctions pave, and the ways through these, but those that turn back."""
 
-    def __init__(self, connecting: ConnectingRoads, back: IntArray) -> None:
+    def __init__(self, connecting: ConnectingRoads, back: IntArray, ends: StreetEnds, layout: JunctionLayout) -> None:
         self._connecting = connecting
         there = np.isin(connecting.junction, connecting.junction[back]) & ~connecting.beside_cars()
         there[back] = False
@@ -182,10 +188,9 @@ class _Ground:
         share = ranks(count) / (count - 1)[of]
         places = np.stack(pose(connecting.plan_view, rows[of], share * length[of]))
         width = connecting.entry_width[rows][of] * (1 - share) + connecting.exit_width[rows][of] * share
-        steps = np.linspace(-0.5, 0.5, 1 + int(np.ceil(width.max(initial=1.0) / (0.9 * PAVEMENT_CELL))))
-        squares = np.empty((len(of), len(steps)), np.int64)
-        squares_across(connecting.junction[rows][of], places, width, steps, squares)
-        self._paved = sorted_unique(squares)
+        lanes = _squares(connecting.junction[rows][of], places, width)
+        streets = _squares(*_carriageways(sorted_unique(connecting.junction[back]), ends, layout))
+        self._paved = sorted_unique(np.concatenate([lanes, streets]))
         # Those of each junction.
         junctions = np.arange(connecting.junction.max(initial=-1) + 2)
         self._first = np.searchsorted(self._paved, junctions << SQUARE_BITS).tolist()
@@ -200,6 +205,34 @@ class _Ground:
         """Return how much ground the curves of some roads need that nothing else paves, (n,), m²."""
         places, length = _places(plan, _ALONG, 0.5 / _ALONG), lengths(plan).tolist()
         return np.array([own_tarmac(places[k], length[k], *self.of(row)) for k, row in enumerate(rows.tolist())])
+
+
+def _squares(junction: IntArray, places: FloatArray, width: FloatArray) -> IntArray:
+    """Return the squares of junctions that lanes of a width, m, pave across some poses, (n,), (3, n) and (n,)."""
+    steps = np.linspace(-0.5, 0.5, 1 + int(np.ceil(width.max(initial=1.0) / (0.9 * PAVEMENT_CELL))))
+    out = np.empty((len(junction), len(steps)), np.int64)
+    squares_across(junction, places, width, steps, out)
+    return out.ravel()
+
+
+def _carriageways(
+    junctions: IntArray, ends: StreetEnds, layout: JunctionLayout
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return places along the carriageways of all streets in junctions: the junction, pose and width, m, of each."""
+    of_node = [(node, junction) for junction in junctions.tolist() for node in layout.nodes[junction]]
+    junction = np.full(ends.node.max(initial=0) + 2, -1)  # By node; the last one stands for none
+    junction[[node for node, _ in of_node]] = [number for _, number in of_node]
+    end = np.flatnonzero(junction[ends.node] >= 0)
+    reach = np.where(layout.inner[end // 2], ends.length[end], layout.trim[end])
+    count = (reach / (0.9 * PAVEMENT_CELL)).astype(np.int64) + 2
+    of = repeated(count)
+    u = (ranks(count) / (count - 1)[of]) * reach[of]
+    end, at_end = end[of], end[of] % 2 == 1
+    x, y, hdg = pose(ends.plan_view, end // 2, np.where(at_end, ends.length[end] - u, u))
+    hdg = hdg + np.where(at_end, np.pi, 0.0)
+    middle = (ends.left + ends.right)[end] / 2
+    places = np.stack([x - middle * sine(hdg), y + middle * cosine(hdg), hdg])
+    return junction[ends.node[end]], places, (ends.left - ends.right)[end]
 
 
 def _places(plan: PlanView, count: int, margin: float, curves: IntArray | None = None) -> FloatArray:
