@@ -21,17 +21,20 @@ from osm2xodr.model import FloatArray
 # Surfaces farther apart in height belong to different levels, m; traffic needs 4 m (`CLEARANCE_LEAST`), and roads
 # that meet are closer. A choice between both.
 LEVEL_APART: Final = 1.5
-# Lane types in the order in which they cover each other: what is driven on shows, what lies beside it gives way. All
-# others are driven on.
-_COVERED: Final = ("tram", "rail", "stop", "parking", "biking", "shoulder", "walking", "sidewalk", "curb")
+# Lane types in the order in which they cover each other: bicycle lanes are painted across junctions, what is driven
+# on shows, what lies beside it gives way. All others are driven on.
+_FIRST: Final = "biking"
+_COVERED: Final = ("tram", "rail", "stop", "parking", "shoulder", "walking", "sidewalk", "curb")
 _LAST: Final = ("median", "border", "none", "")
 
 
 def rank_of(kind: str) -> int:
     """Return the place of a type of lanes in the order in which they cover each other; 0 covers all."""
     if kind in _COVERED:
-        return 1 + _COVERED.index(kind)
-    return 1 + len(_COVERED) + _LAST.index(kind) if kind in _LAST else 0
+        return 2 + _COVERED.index(kind)
+    if kind in _LAST:
+        return 2 + len(_COVERED) + _LAST.index(kind)
+    return 0 if kind == _FIRST else 1
 
 
 # ---------------------------------------------------------------- forms

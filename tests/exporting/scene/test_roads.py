@@ -41,6 +41,18 @@ def test_streets_that_cross_share_one_pavement(tmp_path: Path) -> None:
     assert sorted(set(np.round(surface.vertices[:, 2], 6).tolist())) == [0.0, 0.12]
 
 
+def test_bicycle_lanes_lead_on_over_what_cars_drive_on(tmp_path: Path) -> None:
+    bikes = section(0.0, right=lane(-1, (0, 2.0), kind="biking"))
+    text = document(
+        road("1", geometry(LINE, 40.0, y=1.0), 40.0, junction="9", lanes=bikes),
+        road("2", geometry(LINE, 40.0, x=20.0, y=-20.0, hdg=np.pi / 2), 40.0, junction="9", lanes=STREET),
+        '<junction id="9" name=""/>',
+    )
+    found = areas(road_surface(read_text(tmp_path, text), 0.05, 10.0))
+    assert found["biking"] == pytest.approx(40 * 2, abs=0.1)
+    assert found["driving"] == pytest.approx(40 * 7 - 2 * 7, abs=0.1)
+
+
 def test_surfaces_have_no_cracks(tmp_path: Path) -> None:
     surface = road_surface(crossing(tmp_path), 0.05, 10.0)
     rim = rim_of(surface)

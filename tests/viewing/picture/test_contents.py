@@ -100,6 +100,20 @@ def test_roads_through_one_junction_lie_in_their_order(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("swapped", [False, True])
+def test_bicycle_lanes_lead_on_over_what_cars_drive_on(tmp_path: Path, swapped: bool) -> None:
+    """Whichever comes first in the file."""
+    bikes = section(0.0, right=lane(-1, (0, 4.0), kind="biking"))
+    roads = [
+        road("1", geometry(LINE, 40.0), 40.0, junction="9", lanes=bikes),
+        road("2", geometry(LINE, 40.0, x=20.0, y=-20.0, hdg=math.pi / 2), 40.0, junction="9"),
+    ]
+    text = document(*(roads[::-1] if swapped else roads), '<junction id="9" name=""/>')
+    image = image_of(read_text(tmp_path, text), OPTIONS)
+    assert {at(image, x, -2.0) for x in (10.0, 22.0, 30.0)} == {(0x2F, 0x8F, 0x83)}
+    assert at(image, 22.0, 10.0) == (0x5D, 0x6B, 0x7A)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
 def test_a_driveway_covers_the_sidewalk_that_it_crosses(tmp_path: Path, swapped: bool) -> None:
     street = road(
         "1",

@@ -254,9 +254,6 @@ def _lanes_of(scene: Scene) -> Iterable[tuple[int, int]]:
 def _rank(file: OpenDrive, lane: int, junction: int) -> int:
     """Return how many kinds of lanes cover a lane, by its row; most what only closes the floor of a junction."""
     kind = file.lanes.type[lane]
-    if kind == "biking":
-        # Bicycle lanes lead through junctions over lanes for cars, where scenes have only their surface.
-        return 0
     # It is no higher than the road.
     floor = junction >= 0 and kind in _FLOOR and not file.lanes.height[lane].any()
     return _LOWEST if floor else rank_of(kind)
