@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -28,7 +27,6 @@ from osm2xodr.model import IntArray, LaneType, Rule
 # circle round their tip.
 _TRIES: Final = (1.0, 0.9)
 _PARKED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
-_Change = Callable[[RoadParts, tuple[Margins, ...], ConnectingRoads], tuple[Margins, ...]]
 
 
 def lay_out_corners(
@@ -42,16 +40,15 @@ def lay_out_corners(
     """
     margins = _changed(parts, margins, _bare_parking(parts, margins), _nothing, whole=False)
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
-    changes: list[_Change] = [_kerbside, *(partial(_wedged, share=share) for share in _TRIES)]
-    for change in changes:
-        tried = change(parts, margins, failed)
+    for share in _TRIES:
+        tried = _at_kerb(parts, margins, failed, share)
         if tried is margins:
             continue
         _, still_failed = sidewalk_corners(parts, tried, cars, rule, sorted_unique(failed.junction))
         lost = set(places_of(still_failed))
         hopeless = np.array([corner in lost for corner in places_of(failed)], bool)
         # Each side of an end faces one corner: it stays as it was where nothing is gained.
-        changed = change(parts, margins, failed.chosen(~hopeless))
+        changed = _at_kerb(parts, margins, failed.chosen(~hopeless), share)
         if changed is margins:
             continue
         # Lanes may get other ids at the far ends of these roads, too.
@@ -64,26 +61,21 @@ def lay_out_corners(
     return margins, corners, failed.junction
 
 
-def _kerbside(parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads) -> tuple[Margins, ...]:
-    """Leave out the strips inside the sidewalks of some corners over their last metres."""
-    places = sorted({place for corner in places_of(rows) for place in corner})
-    return _changed(parts, margins, places, _sidewalk_alone)
-
-
-def _wedged(
+def _at_kerb(
     parts: RoadParts, margins: tuple[Margins, ...], rows: ConnectingRoads, share: float
 ) -> tuple[Margins, ...]:
-    """Let sidewalks of some corners end at the kerb, in wedges with a share of the room between both kerbs."""
-    found = wedges(parts, rows, share)
-    if not found:
-        return margins
-    out = list(_kerbside(parts, margins, rows))
-    for end, wedge in found:
+    """Let sidewalks of some corners end at the kerb, without the strips inside them, and in wedges for want of room.
+
+    These get a share of the room between both kerbs. Returns the very same margins where nothing changes.
+    """
+    places = sorted({place for corner in places_of(rows) for place in corner})
+    out = list(_changed(parts, margins, places, _sidewalk_alone))
+    for end, wedge in wedges(parts, rows, share):
         beside = out[end // 2]
         kept = (item for item in beside[-(end % 2)].wedges if not item.lies_at(end, wedge.side, wedge.type))
         last = replace(beside[-(end % 2)], wedges=(*kept, wedge))
         out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
-    return tuple(out)
+    return margins if all(one is other for one, other in zip(margins, out, strict=True)) else tuple(out)
 
 
 def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[Place]:
