@@ -42,7 +42,7 @@ _SPACING: Final = 1.0
 _PIECE: Final = 4.0
 # They run over an arm where their lane reaches farther into its carriageway than this, m, farther out than the first
 # and not as far as the second of these, m. Choices.
-_OVERLAP: Final = 0.3
+_OVERLAP: Final = 0.2
 _FIRST: Final = 1.5
 _FARTHEST: Final = 40.0
 # Arms on another layer lie at the height of their junction up to here, m. A choice: a steep ramp rises 0.5 m on it.
