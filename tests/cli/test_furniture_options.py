@@ -41,9 +41,10 @@ def counted(tmp_path: Path, *options: str) -> Counter[str]:
 def test_everything_but_lamps_and_trees_by_default(tmp_path: Path) -> None:
     found = counted(tmp_path)
     assert found["crosswalk"] == 1
-    # Six at the road ends' sides, and one for each corner and the straight side of the T.
-    assert found["sidewalk"] == 9
-    assert found["parking"] == 2
+    # Six at the road ends' sides, and one for each corner and the straight side of the T. Nobody parks on the
+    # crossing: its road has two sections more.
+    assert found["sidewalk"] == 9 + 2 * 2
+    assert (found["parking"], found["restricted"]) == (3, 1)
     assert found["signal"] >= 3
     assert found["signalReference"] >= 6
     assert found["controller"] >= 2
@@ -65,8 +66,8 @@ def test_the_carriageway_alone(tmp_path: Path) -> None:
 
 def test_what_a_target_wants(tmp_path: Path) -> None:
     found = counted(tmp_path, "--target", "sumo")
-    # Both parking lanes, and the pavement between them on the closed side of the T
-    assert (found["parking"], found["shoulder"], found["signalReference"]) == (0, 3, 0)
+    # Both parking lanes, cut in two where nobody parks, and the pavement between them on the closed side of the T
+    assert (found["parking"], found["shoulder"], found["signalReference"]) == (0, 5, 0)
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,7 @@ _PRELOADED: Final = (
     "osm2xodr.batching.areas",
     "osm2xodr.osmParsing.parsing",
     "osm2xodr.surface.reading",
+    "osm2xodr.furniture.lane_sections",
     "osm2xodr.furniture.lights",
     "osm2xodr.furniture.objects",
     "osm2xodr.furniture.signs",

@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,8 @@ from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, PlanView, Road, R
 
 # Lanes that are narrower where sections touch end there, m: rounding.
 _NARROWEST_LANE: Final = 1e-6
+# Widths are written in steps of this, m.
+_STEP: Final = 1e-7
 # Least distance of a cut from other cuts and the road's end, m; a choice.
 _APART: Final = 0.5
 # No section is cut within this distance of a bend of less than this radius, m: CARLA steps 2.5 m along the reference
@@ -184,5 +187,10 @@ def _vanished(lanes: Sequence[Lane], beyond: str) -> frozenset[int]:
 def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
     """Return the part of piecewise cubics from s on, m, with s counted from there."""
     k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
-    first = tuple(item.begun_later(s - item.s, 0.0) for item in cubics[k : k + 1])
+    first = tuple(_rounded_up(item.begun_later(s - item.s, 0.0)) for item in cubics[k : k + 1])
     return (*first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))
+
+
+def _rounded_up(cubic: Cubic) -> Cubic:
+    """Return a cubic that begins no lower when it is written: what becomes narrower would end below 0."""
+    return cubic if cubic.is_flat else replace(cubic, a=ceil(cubic.a / _STEP) * _STEP)
