@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import curvature_at, lengths
+from osm2xodr.curves import curvature_at, lengths, part_of_cubics
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Crossing, World, car_lanes
-from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, PlanView, Road, RoadMap, Rule
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, PlanView, Road, RoadMap
 
 # Lanes that are narrower where sections touch end there, m: rounding.
 _NARROWEST_LANE: Final = 1e-6
@@ -49,9 +49,9 @@ def no_parking(world: World, crossings: Sequence[Crossing]) -> tuple[NoParking, 
         ahead, back = (bool(car_lanes(world, road, s, along=along)) for along in (True, False))
         half = 0.5 * crossing.width + abs(crossing.skew) * 0.5 * (crossing.left - crossing.right)
         for side in (1, -1):
-            comes_along = ahead if ahead != back else (side < 0) == (world.road_map.rule is Rule.RIGHT_HAND)
-            before, behind = (half + room for room in (defaults.NO_PARKING_BEFORE_CROSSING, 0.0))
-            begin, end = (s - before, s + behind) if comes_along else (s - behind, s + before)
+            comes_along = ahead if ahead != back else world.lanes.runs_along(side)
+            before = half + defaults.NO_PARKING_BEFORE_CROSSING
+            begin, end = (s - before, s + half) if comes_along else (s - half, s + before)
             found.append(NoParking(road, side, begin, end))
     return tuple(_joined(world, sorted(found)))
 
@@ -107,13 +107,17 @@ def _restricted(road: Road, stretches: Sequence[NoParking], length: float) -> Ro
     sections = list(road.lane_sections)
     ends = [*(section.s for section in sections[1:]), length]
     for k, (section, end) in enumerate(zip(sections, ends, strict=True)):
-        sides = [item.side for item in stretches if item.begin - _APART < section.s and end < item.end + _APART]
-        lanes = tuple(
-            replace(lane, type=LaneType.RESTRICTED) if any(_parking(lane, side) for side in sides) else lane
-            for lane in section.lanes
-        )
-        sections[k] = replace(section, lanes=lanes)
+        for item in stretches:
+            if item.begin - _APART < section.s and end < item.end + _APART:
+                section = _without(section, item.side)
+        sections[k] = section
     return replace(road, lane_sections=tuple(sections))
+
+
+def _without(section: LaneSection, side: int) -> LaneSection:
+    """Return a section with no lanes to park on at a side."""
+    lanes = (replace(lane, type=LaneType.RESTRICTED) if _parking(lane, side) else lane for lane in section.lanes)
+    return replace(section, lanes=tuple(lanes))
 
 
 def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
@@ -158,7 +162,8 @@ def _halves(section: LaneSection, s: float) -> tuple[LaneSection, LaneSection]:
     along = s - section.s
     before, after = [], []
     for lane in section.lanes:
-        first, last = tuple(item for item in lane.widths if item.s < along), _from(lane.widths, along)
+        first, last = part_of_cubics(lane.widths, 0.0, along), part_of_cubics(lane.widths, along, np.inf)
+        last = (*map(_rounded_up, last[:1]), *last[1:])
         # A lane of width 0 where sections touch has no link (ASAM OpenDRIVE 1.7, 11.6).
         link = lane.id if last and last[0].a > _NARROWEST_LANE else None
         before.append(replace(lane, widths=first, successor=link))
@@ -182,13 +187,6 @@ def _vanished(lanes: Sequence[Lane], beyond: str) -> frozenset[int]:
                 break
             out.add(lane.id)
     return frozenset(out)
-
-
-def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
-    """Return the part of piecewise cubics from s on, m, with s counted from there."""
-    k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
-    first = tuple(_rounded_up(item.begun_later(s - item.s, 0.0)) for item in cubics[k : k + 1])
-    return (*first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))
 
 
 def _rounded_up(cubic: Cubic) -> Cubic:

@@ -20,7 +20,7 @@ from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.corner_pairs import Place, places_of
 from osm2xodr.geometry.roadside.corner_wedges import wedges
 from osm2xodr.geometry.roadside.sidewalk_corners import sidewalk_corners
-from osm2xodr.geometry.roadside.strips import Margins, Strips
+from osm2xodr.geometry.roadside.strips import Margins, Strips, with_wedge
 from osm2xodr.model import IntArray, LaneType, Rule
 
 # Shares of their room that sidewalks get in a wedge: the first that helps. Choices: corners may need more room than a
@@ -71,10 +71,7 @@ def _at_kerb(
     places = sorted({place for corner in places_of(rows) for place in corner})
     out = list(_changed(parts, margins, places, _sidewalk_alone))
     for end, wedge in wedges(parts, rows, share):
-        beside = out[end // 2]
-        kept = (item for item in beside[-(end % 2)].wedges if not item.lies_at(end, wedge.side, wedge.type))
-        last = replace(beside[-(end % 2)], wedges=(*kept, wedge))
-        out[end // 2] = (*beside[:-1], last) if end % 2 else (last, *beside[1:])
+        out[end // 2] = with_wedge(out[end // 2], wedge)
     return margins if all(one is other for one, other in zip(margins, out, strict=True)) else tuple(out)
 
 

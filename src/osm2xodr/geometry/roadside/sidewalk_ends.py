@@ -33,7 +33,7 @@ from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.corner_pairs import Place, arms_in_order, places_of, walks_at
 from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.corner_wedges import simple
-from osm2xodr.geometry.roadside.strips import Margins, Wedge
+from osm2xodr.geometry.roadside.strips import Margins, Wedge, with_wedge
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, LaneType, Rule
 
 # Over so many metres strips end that nothing continues. A choice.
@@ -138,7 +138,7 @@ def find_sidewalk_ends(
         begin = float(found[place].width()[0]) if place in found else 0.0
         if place in room or begin < walk.width - _LEAST:
             most = room.get(place) or ground.beside_arm(place, walk, -1)
-            out[place[0] // 2] = _with_wedge(parts, out[place[0] // 2], place, walk.type, walk.width, begin, most)
+            out[place[0] // 2] = _tapered(parts, out[place[0] // 2], place, walk.type, walk.width, begin, most)
             blunt += [place[0]] if walk.type is LaneType.SIDEWALK and not begin else []
     return tuple(out), _as_ends(found, narrow, cars), parts.end_junction.ravel()[np.array(blunt, np.int64)]
 
@@ -166,11 +166,11 @@ def run_out(
     out = list(margins)
     for end, side in places:
         width = next(item.width for item in out[end // 2][-(end % 2)].strips(side) if item.type is kind)
-        out[end // 2] = _with_wedge(parts, out[end // 2], (end, side), kind, width, 0.0)
+        out[end // 2] = _tapered(parts, out[end // 2], (end, side), kind, width, 0.0)
     return tuple(out)
 
 
-def _with_wedge(
+def _tapered(
     parts: RoadParts,
     beside: Margins,
     place: Place,
@@ -183,7 +183,7 @@ def _with_wedge(
 
     The room is given at distances from there.
     """
-    (end, side), here = place, beside[-(place[0] % 2)]
+    end, side = place
     length = min(_LONGEST, _MOST_OF_ROAD * float(parts.length[end // 2]))
     u, most = (np.linspace(0.0, length, 9), np.inf) if room is None else room
     wide = np.minimum(most, begin + (width - begin) * smooth_step(np.minimum(u / length, 1.0)))
@@ -192,9 +192,7 @@ def _with_wedge(
         return beside
     u, wide = np.append(u, u[-1] + _SPACING)[: full + 1], np.append(wide[:full].clip(_TIP), width)
     points = simple(list(zip(u.tolist(), wide.tolist(), strict=True)))
-    kept = (item for item in here.wedges if not item.lies_at(end, side, kind))
-    last = replace(here, wedges=(*kept, Wedge(side, end % 2 == 1, points, kind)))
-    return (*beside[:-1], last) if end % 2 else (last, *beside[1:])
+    return with_wedge(beside, Wedge(side, end % 2 == 1, points, kind))
 
 
 @dataclass(frozen=True, slots=True)

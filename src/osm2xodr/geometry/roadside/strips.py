@@ -86,6 +86,15 @@ Margins = tuple[MarginStretch, ...]
 """Along a whole road, in ascending s without gaps; empty where nothing lies beside the road anywhere."""
 
 
+def with_wedge(beside: Margins, wedge: Wedge) -> Margins:
+    """Return the strips beside a road with a wedge, in the place of another of the same strip."""
+    end = int(wedge.at_end)
+    here = beside[-end]
+    kept = (item for item in here.wedges if not item.lies_at(end, wedge.side, wedge.type))
+    changed = replace(here, wedges=(*kept, wedge))
+    return (*beside[:-1], changed) if wedge.at_end else (changed, *beside[1:])
+
+
 def find_margins(parts: RoadParts) -> tuple[Margins, ...]:
     """Return what the tags say lies beside each road, (roads,)."""
     with_any = [any(a.margin_left or a.margin_right for _, a, _ in pieces) for pieces in parts.pieces]
