@@ -48,10 +48,11 @@ def test_points_beyond_the_ends_get_the_ends(curvature: float) -> None:
 def test_the_nearest_of_two_curves_is_found() -> None:
     zero, length = np.zeros(2), np.full((2, 1), 80.0)
     view = curves_of(zero, np.array([0.0, 10.0]), zero, length, np.zeros((2, 1)))
-    curve, s, t = CurveFinder(view).nearest(np.array([20.0, 30.0, 40.0]), np.array([2.0, 7.0, 40.0]), 15.0)
-    assert curve.tolist() == [0, 1, -1]
-    np.testing.assert_allclose(s[:2], [20.0, 30.0])
-    np.testing.assert_allclose(t[:2], [2.0, -3.0])
-    assert np.isnan(s[2])
-    assert np.isnan(t[2])
+    places = np.array([20.0, 30.0, 40.0]), np.array([2.0, 7.0, 40.0])
+    for samples, points, curves in ((1, [0, 1], [0, 1]), (12, [0, 0, 1, 1], [0, 1, 0, 1])):
+        point, curve, s, t, distance = CurveFinder(view).nearest(*places, 15.0, samples)
+        assert (point.tolist(), curve.tolist()) == (points, curves)
+        np.testing.assert_allclose(s, places[0][point])
+        np.testing.assert_allclose(t, places[1][point] - 10.0 * curve)
+        np.testing.assert_allclose(distance, np.abs(t))
     assert curvature_at(plan([0.02, -0.01]), np.zeros(2, np.int64), np.array([10.0, 60.0])).tolist() == [0.02, -0.01]

@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.curves.plan_views import places_along
 from osm2xodr.curves.point_tree import PointTree
-from osm2xodr.curves.ragged import sorted_unique, unique_first
+from osm2xodr.curves.ragged import sorted_unique
 from osm2xodr.curves.records import pose, project
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -39,18 +39,22 @@ class CurveFinder:
 
         Points and curves are indices in ascending order, curves for each point.
         """
+        return self._projected(x, y, reach, *self._tree.within(np.column_stack([x, y]), reach + SAMPLE_SPACING))
+
+    def nearest(
+        self, x: FloatArray, y: FloatArray, reach: float, samples: int
+    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
+        """Return what `near` does, but only of those curves that have the nearest of their samples, so many."""
+        _, found = self._tree.neighbours(np.column_stack([x, y]), samples, reach + SAMPLE_SPACING)
+        place, rank = np.nonzero(found >= 0)
+        return self._projected(x, y, reach, place, found[place, rank])
+
+    def _projected(
+        self, x: FloatArray, y: FloatArray, reach: float, place: IntArray, sample: IntArray
+    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
+        """Project points on the curves of samples, each once; the samples of a point are given by pairs."""
         curves = len(self._plan.start)
-        place, sample = self._tree.within(np.column_stack([x, y]), reach + SAMPLE_SPACING)
         point, curve = np.divmod(sorted_unique(place * curves + self._curve[sample]), curves)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach
         return point[inside], curve[inside], s[inside], t[inside], distance[inside]
-
-    def nearest(self, x: FloatArray, y: FloatArray, reach: float) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return curve (-1 where none is within reach), s and t of the nearest place to each point, all (n,)."""
-        point, curve, s, t, distance = self.near(x, y, reach)
-        order = np.lexsort((curve, distance, point))
-        first = order[unique_first(point[order])[1]]
-        curves, at, aside = np.full(len(x), -1, np.int64), np.full(len(x), np.nan), np.full(len(x), np.nan)
-        curves[point[first]], at[point[first]], aside[point[first]] = curve[first], s[first], t[first]
-        return curves, at, aside

@@ -27,7 +27,7 @@ from osm2xodr.furniture.lights.heads import (
 )
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of, junction_programmes
-from osm2xodr.furniture.world import Approach, Crossing, PostClearance, Stop, World, junction_behind
+from osm2xodr.furniture.world import Approach, Crossing, Stop, World, free_of_other_roads, junction_behind
 from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
 
 _KIND: Final = Sign.SIGNALS.value
@@ -163,11 +163,10 @@ def off_lanes(world: World, signals: Sequence[Signal]) -> list[Signal]:
     """
     standing = [k for k, item in enumerate(signals) if item.z_offset < defaults.LIGHT_Z_ABOVE]
     out: list[Signal | None] = list(signals)
-    others = PostClearance(world, [(signals[k].road, signals[k].s) for k in standing])
     for step in (0.0, *_STEPS):
         places = [(signals[k].road, signals[k].s, _outwards(world, signals[k], step)) for k in standing]
         own = [_on_carriageway(world, *place) for place in places]
-        free = [is_free and not on for is_free, on in zip(others.are_free(places), own, strict=True)]
+        free = [is_free and not on for is_free, on in zip(free_of_other_roads(world, places), own, strict=True)]
         for k, (_, _, t), is_free in zip(standing, places, free, strict=True):
             out[k] = replace(signals[k], t=t) if is_free and step else out[k]
         standing = [k for k, is_free in zip(standing, free, strict=True) if not is_free]

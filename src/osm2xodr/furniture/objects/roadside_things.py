@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import running_lengths
+from osm2xodr.curves import ranks, repeated, running_lengths
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import LaneAt, RoadsideFinder, RoadsidePlaces, World, pieces_on_road
@@ -242,12 +242,8 @@ def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_wid
     kept = (places.road >= 0) & (places.beyond >= -defaults.OBJECT_INSIDE)
     leftwards = places.t - places.left > places.right - places.t
     t = np.where(leftwards, np.maximum(places.t, places.left + off), np.minimum(places.t, places.right - off))
-    return [
-        strip
-        for run in _runs(line, places, t, kept, leftwards)
-        for strip in simplified(run)
-        if _stays_off(finder, strip, half_widths[run.line])
-    ]
+    strips = [strip for run in _runs(line, places, t, kept, leftwards) for strip in simplified(run)]
+    return _staying_off(finder, strips, half_widths)
 
 
 def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: float) -> list[Strip]:
@@ -351,13 +347,19 @@ def simplified(run: Run) -> Iterator[Strip]:
         yield Strip(run.line, run.road, float(run.s[one]), length, *ends)
 
 
-def _stays_off(finder: RoadsideFinder, strip: Strip, half: float) -> bool:
-    """Return whether a strip stays off the carriageway where that widens between its points, too."""
-    count = max(int(np.ceil(strip.length)), 1) + 1
-    share = np.linspace(0.0, 1.0, count)
-    left, right = finder.edges(strip.road, strip.s + share * strip.length)
-    t = strip.t_start + share * (strip.t_end - strip.t_start)
-    return bool((np.maximum(t - left, right - t) >= half - _ON_CARRIAGEWAY).all())
+def _staying_off(finder: RoadsideFinder, strips: Sequence[Strip], half_widths: Sequence[float]) -> list[Strip]:
+    """Return the strips that stay off the carriageway where that widens between their points, too."""
+    count = np.maximum(np.ceil([strip.length for strip in strips]).astype(np.int64), 1) + 1
+    owner = repeated(count)
+    share = ranks(count) / (count[owner] - 1)
+    columns = ((strip.road, strip.s, strip.length, strip.t_start, strip.t_end) for strip in strips)
+    road, s, length, start, end = (column[owner] for column in np.array([*columns]).reshape(-1, 5).T)
+    left, right = finder.edges(road.astype(np.int64), s + share * length)
+    t = start + share * (end - start)
+    half = np.array([half_widths[strip.line] for strip in strips])
+    on = np.maximum(t - left, right - t) < half[owner] - _ON_CARRIAGEWAY
+    reaching = set(owner[on].tolist())
+    return [strip for k, strip in enumerate(strips) if k not in reaching]
 
 
 def object_along(

@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import find_country
-from osm2xodr.curves import CurveFinder, arctan2, cosine, heading_at, hypot, sine
+from osm2xodr.curves import arctan2, cosine, heading_at, hypot, sine
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import World, curves_near, way_at
+from osm2xodr.furniture.world import World, way_at
 from osm2xodr.model import (
     Direction,
     Facing,
@@ -89,9 +89,7 @@ def candidates_beside(world: World, things: Sequence[tuple[RoadsideThing, SignPo
         return out
     plan = world.road_map.plan_view
     x, y = np.array([item.points[0] for item, _ in things]).T
-    near = curves_near(plan, x, y)
-    finder = CurveFinder(plan, near[near < len(world.places.road_street)])
-    point, curve, s, t, distance = finder.near(x, y, _REACH)
+    point, curve, s, t, distance = world.outside_junctions.near(x, y, _REACH)
     beyond = np.sqrt(np.maximum(distance**2 - t**2, 0.0))
     order = np.lexsort((curve, distance, point))
     columns = (point, curve, s, t, heading_at(plan, curve, s), beyond)

@@ -10,7 +10,7 @@ from typing import Final
 from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import PostClearance, World, car_lanes, lane_ranges
+from osm2xodr.furniture.world import World, car_lanes, free_of_other_roads, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
 # Signs for one direction that are nearer to each other share a post, m; a choice.
@@ -139,20 +139,19 @@ def make_derived_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, .
 
 def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
     """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
-    others = PostClearance(world, [(post.road, post.s) for post in posts])
     first = [(post.s, _beyond_edge(world, post.road, post.s, post.along, defaults.SIGN_CLEARANCE)) for post in posts]
-    free = others.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
+    free = free_of_other_roads(world, [(post.road, *place) for post, place in zip(posts, first, strict=True)])
     out: list[tuple[float, float]] = []
     for post, usual, is_free in zip(posts, first, free, strict=True):
         left, right = world.lanes.carriageway(post.road, post.s)
         if post.t is not None and max(post.t - left, right - post.t) > 0.5 * defaults.SIGN_CLEARANCE_LEAST:
             out.append((post.s, post.t))
         else:
-            out.append(usual if is_free else _elsewhere(world, others, post))
+            out.append(usual if is_free else _elsewhere(world, post))
     return out
 
 
-def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, float]:
+def _elsewhere(world: World, post: Post) -> tuple[float, float]:
     """Return another place (s, t) for a post whose usual one is not free: nearer to the road, farther back, or on."""
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
@@ -161,7 +160,8 @@ def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, 
     places = [
         (s, _beyond_edge(world, post.road, s, post.along, clearance)) for s, clearance in tried if 0.0 <= s <= length
     ]
-    for place, is_free in zip(places, others.are_free([(post.road, *place) for place in places]), strict=True):
+    free = free_of_other_roads(world, [(post.road, *place) for place in places])
+    for place, is_free in zip(places, free, strict=True):
         if is_free:
             return place
     words = "a sign stands on the lanes of another road: there is no room for it beside its own"

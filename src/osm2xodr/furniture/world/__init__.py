@@ -22,10 +22,9 @@ from osm2xodr.furniture.world.lane_table import (
     lane_ranges as lane_ranges,
 )
 from osm2xodr.furniture.world.roadside_places import (
-    PostClearance as PostClearance,
     RoadsideFinder as RoadsideFinder,
     RoadsidePlaces as RoadsidePlaces,
-    curves_near as curves_near,
+    free_of_other_roads as free_of_other_roads,
 )
 from osm2xodr.furniture.world.world import (
     Approach as Approach,

@@ -13,10 +13,23 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import places_on_streets
-from osm2xodr.curves import arctan2, cosine, lengths, pose, project, sine
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    cubic_value,
+    find_record,
+    lengths,
+    pose,
+    profile_of,
+    project,
+    sine,
+    starts,
+    unique_inverse,
+)
 from osm2xodr.model import (
     Cubic,
     FloatArray,
+    IntArray,
     Lane,
     LaneSection,
     LaneType,
@@ -140,20 +153,40 @@ class LaneTable:
             right -= _value(lane.widths, s - section.s)
         return left, right
 
-    def carriageways(self, road: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what `carriageway` does for many places in ascending order, (n,)."""
-        k = self._index[road]
-        begins = [section.s for section in self._map.roads[k].lane_sections]
-        left = np.array([self._offset(k, at) for at in s.tolist()])
+    def carriageways(self, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what `carriageway` does for many places, (n,), by the indices of their roads."""
+        used, owner = unique_inverse(curve)
+        of_road = [self._map.roads[k].lane_sections for k in used.tolist()]
+        sections = [section for group in of_road for section in group]
+        begin = np.array([section.s for section in sections])
+        at = find_record(starts([len(group) for group in of_road]), begin, owner, s)
+        ds = s - begin[at]
+        left = cubic_value(self._map.lane_offset, curve, s)
         right = left.copy()
-        first = np.searchsorted(s, begins).tolist()
-        for place, lo, hi in zip(begins, [0, *first[1:]], [*first[1:], len(s)], strict=True):
-            sides, ds = self._section(k, place)[1], s[lo:hi] - place
-            for lane in sides.paved_left:
-                left[lo:hi] += _values(lane.widths, ds)
-            for lane in sides.paved_right:
-                right[lo:hi] -= _values(lane.widths, ds)
+        sides = [self._sides_of(section) for section in sections]
+        for edge, sign, lanes in (
+            (left, 1.0, [item.paved_left for item in sides]),
+            (right, -1.0, [item.paved_right for item in sides]),
+        ):
+            first = starts([len(group) for group in lanes])
+            widths = profile_of([lane.widths for group in lanes for lane in group])
+            count = np.diff(first)[at]
+            for rank in range(int(count.max(initial=0))):
+                rows = np.flatnonzero(count > rank)
+                edge[rows] += sign * np.maximum(cubic_value(widths, first[at[rows]] + rank, ds[rows]), 0.0)
         return left, right
+
+    def change_along(self, k: int) -> bool:
+        """Return whether the edges of the carriageway of the k-th road change along it."""
+        sections, offsets = self._map.roads[k].lane_sections, self._offsets[self._first[k] : self._first[k + 1]]
+        return (
+            len(sections) > 1
+            or len(offsets) > 1
+            or any(any(terms[1:]) for terms in offsets)
+            or any(
+                len(lane.widths) > 1 or not all(item.is_flat for item in lane.widths) for lane in sections[0].lanes
+            )
+        )
 
     def section_start(self, road: int, s: float) -> float:
         """Return where the lane section begins that holds at s of a road, m."""
@@ -165,11 +198,15 @@ class LaneTable:
         section = sections[0]
         if len(sections) > 1:
             section = sections[max(bisect_right([item.s for item in sections], s) - 1, 0)]
+        return section, self._sides_of(section)
+
+    def _sides_of(self, section: LaneSection) -> _Sides:
+        """Return the lanes of a section by sides."""
         # Equal sections of roads are one object, which the map keeps alive: its identity is a safe key.
         sides = self._sides.get(id(section))
         if sides is None:
             sides = self._sides[id(section)] = _Sides.of(section)
-        return section, sides
+        return sides
 
     def _offset(self, k: int, s: float) -> float:
         first, last = self._first[k], self._first[k + 1]
@@ -189,18 +226,6 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
     if len(cubics) > 1:
         holding = next((item for item in reversed(cubics) if item.s <= ds), holding)
     return max(holding.at(ds - holding.s), 0.0)
-
-
-def _values(cubics: Sequence[Cubic], ds: FloatArray) -> float | FloatArray:
-    """Return the values of piecewise cubics at places in ascending order, never below 0, (n,)."""
-    if len(cubics) < 2 and all(item.is_flat for item in cubics):
-        return max(cubics[0].a, 0.0) if cubics else 0.0
-    out = np.zeros(len(ds))
-    first = np.searchsorted(ds, [item.s for item in cubics]).tolist()
-    for item, lo, hi in zip(cubics, [0, *first[1:]], [*first[1:], len(ds)], strict=True):
-        at = ds[lo:hi] - item.s
-        out[lo:hi] = item.a + at * (item.b + at * (item.c + at * item.d))
-    return np.maximum(out, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

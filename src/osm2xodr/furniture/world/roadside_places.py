@@ -10,27 +10,21 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
-    SAMPLE_SPACING,
     CurveFinder,
-    PointTree,
     Table,
     cubic_value,
     find_record,
     join_tables,
     lengths,
-    owners,
+    places_along,
     pose,
-    project,
-    ranks,
-    sample_curves,
-    sorted_unique,
     starts,
     unique_first,
     unique_inverse,
 )
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import World, pieces_on_road, points_beside, way_at
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # Samples of curves that are looked at for each point: enough for the next road at a junction of four arms.
 _NEIGHBOURS: Final = 12
@@ -46,10 +40,6 @@ _STATION_SPACING: Final = 3.0
 
 # Roads whose heights differ by more are on different levels, m: half of the headroom below bridges.
 _OTHER_LEVEL: Final = 2.25
-# Size of the square cells in which curves are looked up, with the cells around, m: larger than the reach of signs.
-_CELL: Final = 64.0
-# Number of columns of cells; a cell's key is its column times this plus its row.
-_COLUMNS: Final = 1 << 24
 # How far a post may be from the reference line of a road on which it stands, m: half of a very wide road.
 _POST_REACH: Final = 25.0
 # Rounding of distances, m.
@@ -72,14 +62,6 @@ class RoadsidePlaces(Table):
         return np.maximum(self.t - self.left, self.right - self.t)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Samples:
-    """Points along curves."""
-
-    tree: PointTree
-    curve: IntArray  # The curve of each point
-
-
 class RoadsideFinder:
     """Finds places beside the roads outside junctions."""
 
@@ -88,16 +70,6 @@ class RoadsideFinder:
         self._plan = world.road_map.plan_view
         self._length = lengths(self._plan)
         self._edges: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
-
-    @cached_property
-    def _outside(self) -> _Samples:
-        """Samples of the roads outside junctions, which come first."""
-        return _sampled(self._plan, np.arange(len(self._world.places.road_street)))
-
-    @cached_property
-    def _connecting(self) -> _Samples:
-        """Samples of the connecting roads."""
-        return _sampled(self._plan, np.arange(len(self._world.places.road_street), len(self._length)))
 
     def places(self, x: FloatArray, y: FloatArray, reach: float = defaults.OBJECT_REACH) -> RoadsidePlaces:
         """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge.
@@ -109,7 +81,7 @@ class RoadsideFinder:
 
     def _places(self, x: FloatArray, y: FloatArray, reach: float) -> RoadsidePlaces:
         """Return the places of some of the points."""
-        point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF_WIDTH_MAX)
+        point, curve, s, t, left, right = self._beside(self._world.outside_junctions, x, y, reach + _HALF_WIDTH_MAX)
         beyond = np.maximum(t - left, right - t)
         near = (beyond <= reach) & ~self._covered(curve, s)
         order = np.flatnonzero(near)[np.lexsort((curve[near], beyond[near], point[near]))]
@@ -117,7 +89,8 @@ class RoadsideFinder:
         out = RoadsidePlaces(np.full(len(x), -1, np.int64), *(np.full(len(x), np.nan) for _ in range(4)))
         at = point[order]
         # Points on connecting roads lie in a junction, even where it is wider than its arms.
-        crossed, _, _, lateral, one, other = self._beside(self._connecting, x[at], y[at], _HALF_WIDTH_MAX_CONNECTING)
+        crossing = self._beside(self._world.in_junctions, x[at], y[at], _HALF_WIDTH_MAX_CONNECTING)
+        crossed, _, _, lateral, one, other = crossing
         free = np.ones(len(at), np.bool_)
         free[crossed[(lateral < one) & (lateral > other)]] = False
         at, order = at[free], order[free]
@@ -130,7 +103,7 @@ class RoadsideFinder:
 
         A point may lie on several roads.
         """
-        point, curve, s, t, left, right = self._beside(self._connecting, x, y, _HALF_WIDTH_MAX_CONNECTING)
+        point, curve, s, t, left, right = self._beside(self._world.in_junctions, x, y, _HALF_WIDTH_MAX_CONNECTING)
         on = (t < left) & (t > right)
         return point[on], curve[on], s[on], t[on]
 
@@ -154,28 +127,23 @@ class RoadsideFinder:
                 out[k] = [(begin, end) for begin, end, piece in pieces if piece.structure is Structure.TUNNEL]
         return out
 
-    def edges(self, curve: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return t of the left and right edge of a road's carriageway at s, (n,), m."""
-        stations, left, right = self._table(curve)
-        return np.interp(s, stations, left), np.interp(s, stations, right)
-
     def _beside(
-        self, samples: _Samples, x: FloatArray, y: FloatArray, reach: float
+        self, finder: CurveFinder, x: FloatArray, y: FloatArray, reach: float
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return points, curves that they lie beside, s, t, and t of the carriageway's edges, all (m,)."""
-        point, curve = _pairs(samples, x, y, reach + SAMPLE_SPACING)
-        s, t, distance = project(self._plan, curve, x[point], y[point])
-        beside = (distance - np.abs(t) <= _AT_ENDS_TOLERANCE) & (distance <= reach)
+        point, curve, s, t, distance = finder.nearest(x, y, reach, _NEIGHBOURS)
+        beside = distance - np.abs(t) <= _AT_ENDS_TOLERANCE
         point, curve, s, t = point[beside], curve[beside], s[beside], t[beside]
-        left, right = self._edges_at(curve, s)
+        left, right = self.edges(curve, s)
         return point, curve, s, t, left, right
 
-    def _edges_at(self, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what `edges` does, for places on several roads."""
+    def edges(self, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return t of the left and right edge of the carriageways of roads at s, (n,), m."""
         used, owner = unique_inverse(curve)
         if not len(used):
             return np.zeros(0), np.zeros(0)
-        tables = [self._table(k) for k in used.tolist()]
+        self._add_tables(np.array([k for k in used.tolist() if k not in self._edges], np.int64))
+        tables = [self._edges[k] for k in used.tolist()]
         start = starts([len(item[0]) for item in tables])
         stations, left, right = (np.concatenate(column) for column in zip(*tables, strict=True))
         k = find_record(start, stations, owner, s)
@@ -184,111 +152,65 @@ class RoadsideFinder:
         one, other = (edge[k] + (edge[following] - edge[k]) / apart * ds for edge in (left, right))
         return one, other
 
-    def _table(self, curve: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return stations along a road and t of its carriageway's left and right edge there, m."""
-        found = self._edges.get(curve)
-        if found is None:
-            road, length, stations = self._world.road_map.roads[curve], float(self._length[curve]), np.zeros(1)
-            if self._changes(curve):
-                count = max(int(np.ceil(length / _STATION_SPACING)), 1) + 1
-                begins = [min(section.s, length) for section in road.lane_sections]
-                stations = np.unique(np.concatenate([np.linspace(0.0, length, count), begins]))
-            found = self._edges[curve] = (stations, *self._world.lanes.carriageways(road.id, stations))
-        return found
-
-    def _changes(self, curve: int) -> bool:
-        """Return whether the edges of a road's carriageway change along it."""
-        sections, offset = self._world.road_map.roads[curve].lane_sections, self._world.road_map.lane_offset
-        records = slice(int(offset.start[curve]), int(offset.start[curve + 1]))
-        widths = [lane.widths for lane in sections[0].lanes]
-        return (
-            len(sections) > 1
-            or len(offset.s[records]) > 1
-            or any(bool(cubics[records].any()) for cubics in (offset.b, offset.c, offset.d))
-            or any(len(cubics) > 1 or not all(item.is_flat for item in cubics) for cubics in widths)
-        )
+    def _add_tables(self, curves: IntArray) -> None:
+        """Work out stations along roads, and t of their carriageway's left and right edge there, m."""
+        lanes, roads = self._world.lanes, self._world.road_map.roads
+        changing = np.array([lanes.change_along(k) for k in curves.tolist()], np.bool_)
+        even, s = places_along(self._plan, _STATION_SPACING, curves[changing])
+        last = np.diff(even, append=-1) != 0
+        s[last] = self._length[even[last]]
+        begins = [[section.s for section in roads[k].lane_sections] for k in curves.tolist()]
+        each = np.repeat(curves, [len(of_road) for of_road in begins])
+        curve = np.concatenate([even, each])
+        s = np.concatenate([s, np.minimum(np.concatenate([np.zeros(0), *begins]), self._length[each])])
+        order = np.lexsort((s, curve))
+        curve, s = curve[order], s[order]
+        new = (np.diff(curve, prepend=-1) != 0) | (np.diff(s, prepend=-1.0) != 0.0)
+        curve, s = curve[new], s[new]
+        columns = (s, *lanes.carriageways(curve, s))
+        for k, (first, end) in zip(curves.tolist(), np.searchsorted(curve, [curves, curves + 1]).T, strict=True):
+            stations, left, right = (column[first:end] for column in columns)
+            self._edges[k] = stations, left, right
 
 
-def _sampled(plan: PlanView, curves: IntArray) -> _Samples:
-    curve, x, y = sample_curves(plan, curves)
-    return _Samples(PointTree(np.column_stack([x, y])), curve)
-
-
-def _pairs(samples: _Samples, x: FloatArray, y: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return the pairs of points and curves near them, each once, ascending."""
-    _, found = samples.tree.neighbours(np.column_stack([x, y]), _NEIGHBOURS, reach)
-    point, rank = np.nonzero(found >= 0)
-    curves = int(samples.curve.max(initial=0)) + 1
-    pair = sorted_unique(point * curves + samples.curve[found[point, rank]])
-    return pair // curves, pair % curves
-
-
-class PostClearance:
-    """Finds out whether places beside roads are on the lanes of other roads, near given places (road, s) of posts."""
-
-    def __init__(self, world: World, places: Sequence[tuple[int, float]]) -> None:
-        self._world = world
-        plan = world.road_map.plan_view
-        curve = np.array([world.lanes.index(road) for road, _ in places], np.int64)
-        s = np.array([s for _, s in places])
-        x, y, _ = pose(plan, curve, s)
-        self._finder = CurveFinder(plan, curves_near(plan, x, y))
-
-    def are_free(self, places: Sequence[tuple[int, float, float]]) -> list[bool]:
-        """Return for each place (road, s, t, m) whether no other road has lanes there."""
-        out = [True] * len(places)
-        if not places:
-            return out
-        world, plan = self._world, self._world.road_map.plan_view
-        own = np.array([world.lanes.index(road) for road, *_ in places], np.int64)
-        s, t = np.array([s for _, s, _ in places]), np.array([t for *_, t in places])
-        x, y, _ = pose(plan, own, s)
-        point, curve, at, lateral, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _POST_REACH)
-        # Roads that the place lies beside, not before their start or beyond their end, and on the same level.
-        near = (curve != own[point]) & (far <= np.abs(lateral) + _DISTANCE_ROUNDING)
-        elevation = world.road_map.elevation
-        rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
-        rows = np.flatnonzero(near & (np.abs(rise) <= _OTHER_LEVEL))
-        columns = (column[rows].tolist() for column in (point, curve, at, lateral))
-        for place, other, on, off in zip(*columns, strict=True):
-            if out[place]:
-                left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)
-                at_place = float(x[place]), float(y[place])
-                levels = (self._level(road, *at_place) for road in (int(own[place]), other))
-                out[place] = not right < off < left or len(set(levels)) > 1
+def free_of_other_roads(world: World, places: Sequence[tuple[int, float, float]]) -> list[bool]:
+    """Return for each place (road, s, t, m) whether no other road has lanes there."""
+    out = [True] * len(places)
+    if not places:
         return out
+    plan = world.road_map.plan_view
+    own = np.array([world.lanes.index(road) for road, *_ in places], np.int64)
+    s, t = np.array([s for _, s, _ in places]), np.array([t for *_, t in places])
+    x, y, _ = pose(plan, own, s)
+    at_x, at_y, _ = points_beside(plan, own, s, t)
+    found = [finder.near(at_x, at_y, _POST_REACH) for finder in (world.outside_junctions, world.in_junctions)]
+    point, curve, at, lateral, far = (np.concatenate(column) for column in zip(*found, strict=True))
+    # Roads that the place lies beside, not before their start or beyond their end, and on the same level.
+    near = (curve != own[point]) & (far <= np.abs(lateral) + _DISTANCE_ROUNDING)
+    elevation = world.road_map.elevation
+    rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
+    rows = np.flatnonzero(near & (np.abs(rise) <= _OTHER_LEVEL))
+    columns = (column[rows].tolist() for column in (point, curve, at, lateral))
+    for place, other, on, off in zip(*columns, strict=True):
+        if out[place]:
+            left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)
+            at_place = float(x[place]), float(y[place])
+            levels = (_level(world, road, *at_place) for road in (int(own[place]), other))
+            out[place] = not right < off < left or len(set(levels)) > 1
+    return out
 
-    def _level(self, curve: int, x: float, y: float) -> int:
-        """Return OSM's layer of a road near a place, or 0 where heights show which roads are above others.
 
-        Connecting roads have the layer of the road that they come from.
-        """
-        if self._world.road_map.elevation_report is not None:
+def _level(world: World, curve: int, x: float, y: float) -> int:
+    """Return OSM's layer of a road near a place, or 0 where heights show which roads are above others.
+
+    Connecting roads have the layer of the road that they come from.
+    """
+    if world.road_map.elevation_report is not None:
+        return 0
+    streets = world.places.road_street
+    if curve >= len(streets):
+        before = world.road_map.roads[curve].predecessor
+        if before is None or before.to_junction:
             return 0
-        streets = self._world.places.road_street
-        if curve >= len(streets):
-            before = self._world.road_map.roads[curve].predecessor
-            if before is None or before.to_junction:
-                return 0
-            curve = self._world.lanes.index(before.id)
-        return way_at(self._world.network.streets[int(streets[curve])], x, y).layer
-
-
-def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
-    """Return the indices of all curves within a cell's size of points, and of some more, ascending; points in m."""
-    if not len(x) or not len(plan.s):
-        return np.zeros(0, np.int64)
-    step = np.arange(-1, 2)
-    column = np.floor(x / _CELL).astype(np.int64)[:, None] + np.repeat(step, 3)
-    row = np.floor(y / _CELL).astype(np.int64)[:, None] + np.tile(step, 3)
-    cells = sorted_unique(column * _COLUMNS + row)
-    owner = owners(plan.start)
-    # Samples that are at most half a cell apart.
-    parts = np.maximum(np.ceil(plan.length / (0.5 * _CELL)).astype(np.int64), 1)
-    curve = np.repeat(owner, parts)
-    rank = ranks(parts)
-    s = np.repeat(plan.s, parts) + np.repeat(plan.length / parts, parts) * (rank + 0.5)
-    s = np.minimum(s, lengths(plan, curve))
-    px, py, _ = pose(plan, curve, s)
-    key = np.floor(px / _CELL).astype(np.int64) * _COLUMNS + np.floor(py / _CELL).astype(np.int64)
-    return sorted_unique(curve[np.isin(key, cells)])
+        curve = world.lanes.index(before.id)
+    return way_at(world.network.streets[int(streets[curve])], x, y).layer

@@ -10,13 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import (
-    cosine,
-    hypot,
-    pose,
-    project,
-    sine,
-)
+from osm2xodr.curves import CurveFinder, cosine, hypot, pose, project, sine
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.lane_table import LaneTable, NodePlaces
@@ -64,6 +58,17 @@ class World:
     def nodes(self) -> NodePlaces:
         """Finds the places of nodes of streets."""
         return NodePlaces(self.network, self.road_map, self.places, self.lanes)
+
+    @cached_property
+    def outside_junctions(self) -> CurveFinder:
+        """Finds roads outside junctions, which come first."""
+        return CurveFinder(self.road_map.plan_view, np.arange(len(self.places.road_street)))
+
+    @cached_property
+    def in_junctions(self) -> CurveFinder:
+        """Finds connecting roads."""
+        outside = len(self.places.road_street)
+        return CurveFinder(self.road_map.plan_view, np.arange(outside, len(self.road_map.roads)))
 
     @cached_property
     def piece_starts(self) -> dict[int, list[float]]:
