@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import (
+    Table,
     arccosine,
     cosine,
     heading_change,
@@ -19,7 +20,6 @@ from osm2xodr.curves import (
     pose,
     sine,
     slope_of,
-    unique_inverse,
     wrapped,
 )
 from osm2xodr.furniture.world import World
@@ -85,7 +85,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Samples:
+class _Samples(Table):
     """Points along the connecting roads and arms of a junction, (n,), road by road."""
 
     curve: IntArray
@@ -96,11 +96,9 @@ class _Samples:
     turn: FloatArray  # Change of heading along the road, rad
     on_arm: BoolArray  # Whether the road is an arm
     through: BoolArray  # Whether it is a connecting road that leads straight on
-
-    def part(self, rows: slice) -> _Samples:
-        """Return some of the samples."""
-        places = self.curve[rows], self.s[rows], self.x[rows], self.y[rows], self.hdg[rows]
-        return _Samples(*places, self.turn[rows], self.on_arm[rows], self.through[rows])
+    # t of the edges of the road's carriageway there, m
+    left: FloatArray
+    right: FloatArray
 
 
 class JunctionPaths:
@@ -111,7 +109,6 @@ class JunctionPaths:
         self._world = world
         self._junctions = frozenset(junctions)
         self._nodes = nodes
-        self._known_edges: dict[tuple[int, float], tuple[float, float]] = {}
 
     @cached_property
     def _of_junction(self) -> dict[int, _Samples]:
@@ -136,9 +133,10 @@ class JunctionPaths:
         x, y, hdg = pose(plan, every, at)
         turn = heading_change(plan, every)
         arm = np.concatenate(on_arm)
-        found = _Samples(every, at, x, y, hdg, turn, arm, ~arm & (np.abs(turn) <= _THROUGH_TURN))
+        through = ~arm & (np.abs(turn) <= _THROUGH_TURN)
+        found = _Samples(every, at, x, y, hdg, turn, arm, through, *world.lanes.carriageways(every, at))
         used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
-        return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
+        return {junction: found.chosen(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
 
     def _has_traffic(self, road: int) -> bool:
         return any(lane.type in _TRAFFIC for lane in self._world.lanes.road(road).lane_sections[0].lanes)
@@ -184,14 +182,12 @@ class JunctionPaths:
         # Metres of the line for each metre of t of the roads
         per_t = 1.0 / cosine(course.across - 0.5 * np.pi - hdg)
         roads = self._world.road_map.roads
-        edges = np.array(
-            [self._world.lanes.carriageway(roads[k].id, at) for k, at in zip(curve.tolist(), s.tolist(), strict=True)]
-        )
+        edges = np.column_stack(self._world.lanes.carriageways(curve, s))
         ends = np.sort(along[:, None] + edges * per_t[:, None], axis=1)
         low, high, inside = _widest(ends)
         if max(low, -high) > _BESIDE:
             return None
-        before, after = self._to_kerbs(found, course, low, high)
+        before, after = _to_kerbs(found, course, low, high)
         low, high, cut = self._cut_at_others(course, low - (before or 0.0), high + (after or 0.0))
         # The straightest of the connecting roads, the nearest of equals
         key = np.lexsort((np.abs(along), np.abs(found.turn[row]).round(2), found.on_arm[row], ~inside))
@@ -203,34 +199,6 @@ class JunctionPaths:
         ends_well = cut or (before is not None and after is not None)
         return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew, ends_well)
 
-    def _to_kerbs(
-        self, found: _Samples, course: Course, low: float, high: float
-    ) -> tuple[float | None, float | None]:
-        """Return how far the pavement reaches beyond both ends of a line, m; None where it does not end soon."""
-        steps = np.arange(_CORNER_STEP, _CORNER + _CORNER_STEP, _CORNER_STEP)
-        along = np.concatenate([low - steps, high + steps])
-        x, y = course.x + along * cosine(course.across), course.y + along * sine(course.across)
-        dx, dy = x[:, None] - found.x, y[:, None] - found.y
-        cos, sin = cosine(found.hdg), sine(found.hdg)
-        t = dy * cos - dx * sin
-        point, row = np.nonzero((np.abs(dx * cos + dy * sin) <= _OF_SAMPLE) & (np.abs(t) <= _WIDEST))
-        used, place = unique_inverse(row)
-        edges = [self._edges(int(found.curve[k]), float(found.s[k])) for k in used.tolist()]
-        left, right = np.array(edges).reshape(-1, 2)[place].T
-        paved = np.zeros(len(along), np.bool_)
-        paved[point[(t[point, row] <= left + _SEAM) & (t[point, row] >= right - _SEAM)]] = True
-        before, after = (
-            None if side.all() else float(np.argmin(side)) * _CORNER_STEP for side in paved.reshape(2, -1)
-        )
-        return before, after
-
-    def _edges(self, curve: int, s: float) -> tuple[float, float]:
-        """Return t of the left and right edge of a road's carriageway, m."""
-        if (curve, s) not in self._known_edges:
-            road = self._world.road_map.roads[curve].id
-            self._known_edges[curve, s] = self._world.lanes.carriageway(road, s)
-        return self._known_edges[curve, s]
-
     def _cut_at_others(self, course: Course, low: float, high: float) -> tuple[float, float, bool]:
         """Cut a line from `low` to `high` half way to the nodes of other crossings on it, m; also whether it was."""
         x, y = self._nodes[:, 0] - course.x, self._nodes[:, 1] - course.y
@@ -240,6 +208,22 @@ class JunctionPaths:
         first = max(low, 0.5 * float(others[others < 0.0].max(initial=-np.inf)))
         last = min(high, 0.5 * float(others[others > 0.0].min(initial=np.inf)))
         return first, last, (first, last) != (low, high)
+
+
+def _to_kerbs(found: _Samples, course: Course, low: float, high: float) -> tuple[float | None, float | None]:
+    """Return how far the pavement reaches beyond both ends of a line, m; None where it does not end soon."""
+    steps = np.arange(_CORNER_STEP, _CORNER + _CORNER_STEP, _CORNER_STEP)
+    along = np.concatenate([low - steps, high + steps])
+    x, y = course.x + along * cosine(course.across), course.y + along * sine(course.across)
+    dx, dy = x[:, None] - found.x, y[:, None] - found.y
+    cos, sin = cosine(found.hdg), sine(found.hdg)
+    t = dy * cos - dx * sin
+    point, row = np.nonzero((np.abs(dx * cos + dy * sin) <= _OF_SAMPLE) & (np.abs(t) <= _WIDEST))
+    beside = t[point, row]
+    paved = np.zeros(len(along), np.bool_)
+    paved[point[(beside <= found.left[row] + _SEAM) & (beside >= found.right[row] - _SEAM)]] = True
+    before, after = (None if side.all() else float(np.argmin(side)) * _CORNER_STEP for side in paved.reshape(2, -1))
+    return before, after
 
 
 def _end(curve: int, length: float, *, at_end: bool) -> tuple[IntArray, FloatArray]:

@@ -49,10 +49,16 @@ def place_structures(world: World) -> tuple[RoadStructure, ...]:
         for k, street in enumerate(world.places.road_street.tolist())
         if any(piece.structure_tags is not None for _, piece in world.network.streets[street].pieces)
     }
-    for road in world.road_map.roads if parts else ():
-        between = None if road.junction is None else _between(world, road, parts)
+    through = {
+        item.connecting_road
+        for junction in world.road_map.junctions
+        for item in junction.connections
+        if item.incoming_road in parts
+    }
+    for road in sorted(through):
+        between = _between(world, world.lanes.road(road), parts)
         if between is not None:
-            parts[road.id] = [between]
+            parts[road] = [between]
     extent = _extents(world, parts)
     found = tuple(
         _structure(world, road, part, extent[road, number])
@@ -107,9 +113,10 @@ def _at_end(world: World, road: int, parts: _Parts, *, at_start: bool) -> _Key |
 def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
     """Return the length of the structure of each part, over all its roads, m; connecting roads do not count."""
     links: defaultdict[_Key, set[_Key]] = defaultdict(set)
-    connecting = {road.id for road in world.road_map.roads if road.junction is not None}
-    for road in world.road_map.roads:
-        if not parts.get(road.id):
+    roads = [world.lanes.road(road) for road in parts]
+    connecting = {road.id for road in roads if road.junction is not None}
+    for road in roads:
+        if not parts[road.id]:
             continue
         for link, at_start in ((road.predecessor, True), (road.successor, False)):
             here, there = _at_end(world, road.id, parts, at_start=at_start), _beyond(world, link, parts)
