@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Set as AbstractSet
-from dataclasses import dataclass
 from enum import Enum
+
+from osm2xodr.system import record
 
 
 class Kind(str, Enum):
@@ -17,7 +18,7 @@ class Kind(str, Enum):
     NOTE = "note"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Diagnostic:
     """One finding of a stage, and what was done about it."""
 
@@ -27,7 +28,7 @@ class Diagnostic:
     message: str  # What was found and what was done, one sentence
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Count:
     """The same finding about several elements."""
 

@@ -8,7 +8,7 @@ Roads are furnished with signals and objects (`furniture`) and cut where areas m
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,13 +36,13 @@ from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.projection import offline, to_geographic
 from osm2xodr.reporting import Conversion, summarize
 from osm2xodr.surface import FlatSurface, SurfaceOptions
-from osm2xodr.system import Task, one_thread
+from osm2xodr.system import Task, one_thread, record
 
 if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PipelineOptions:
     """What is converted, and what each stage is told."""
 
@@ -63,7 +63,7 @@ class PipelineOptions:
     boundaries: bool = False  # Whether junctions get a boundary
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Layout:
     """The roads of an area or block with all that is on them, and its surroundings, if any."""
 
@@ -328,7 +328,7 @@ def _times(files: Sequence[Path]) -> tuple[tuple[Path, int, int], ...]:
     return tuple((path, item.st_size, item.st_mtime_ns) for path, item in found)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ElementPlaces:
     """Where the elements are that something was found about."""
 

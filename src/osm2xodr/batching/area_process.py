@@ -15,18 +15,17 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from osm2xodr import __version__
 from osm2xodr.batching.model import EMPTY
-from osm2xodr.system import library_environment
+from osm2xodr.system import library_environment, record
 
 # How long what a killed process leaves behind may take to end, s.
 _STOP_GRACE: Final = 3.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AreaJob:
     """An area to convert."""
 
@@ -39,7 +38,7 @@ class AreaJob:
     block: str = ""  # The block that it is made with, whose areas follow each other; empty if it is made by itself
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Outcome:
     """How the conversion of an area ended."""
 

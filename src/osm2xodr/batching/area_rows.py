@@ -6,7 +6,6 @@ import contextlib
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from osm2xodr.batching.out_dir import OutDir
 from osm2xodr.diagnostics import Kind
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.reporting import REPORT_FORMAT
-from osm2xodr.system import parse_json, stream_to
+from osm2xodr.system import parse_json, record, stream_to
 from osm2xodr.viewing import draw_thumbnail
 
 # Endings of the files of an area: road network, report, page to explore.
@@ -28,7 +27,7 @@ _TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u20
 _KEPT = (Status.DONE, Status.UNCHANGED)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Figures:
     """Figures of a report; None where it lacks one."""
 
@@ -50,7 +49,7 @@ class Figures:
     version: str  # Of the converter
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AreaRow:
     """A row of the table and of the page."""
 

@@ -11,7 +11,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -24,7 +24,7 @@ from osm2xodr.batching.model import Area
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline, Partition
 from osm2xodr.projection import make_frame, to_geographic, to_local
-from osm2xodr.system import parse_json, stream_to
+from osm2xodr.system import parse_json, record, stream_to
 
 RingDeg = tuple[tuple[float, float], ...]
 
@@ -59,7 +59,7 @@ _IDS_PER_AREA: Final = 100_000
 _Bounds = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Block:
     """Areas side by side that are cut out of a map at once, and laid out at once."""
 
@@ -67,7 +67,7 @@ class Block:
     outline: Outline  # Around all of them, local x, y, m
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PlannedArea:
     """An area with its outline in a local frame."""
 

@@ -11,7 +11,6 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,7 +20,7 @@ from osm2xodr.batching.model import CutRequest
 from osm2xodr.batching.out_dir import OutDir
 from osm2xodr.model import Corrections, Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
-from osm2xodr.system import parse_json, stream_to
+from osm2xodr.system import parse_json, record, stream_to
 
 # Version of the layout of records; one of another version counts as none.
 _FORMAT: Final = 2
@@ -30,7 +29,7 @@ _FORMAT: Final = 2
 _FINGERPRINT_FORMAT: Final = 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Record:
     """What a cut is, and what it was made of."""
 
@@ -188,7 +187,7 @@ def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:
     return ways, "--include-private" in options
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mark:
     """A file at some time: its size, bytes, time of change, ns since 1970, and SHA-256."""
 
@@ -198,7 +197,7 @@ class Mark:
     sha256: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class State:
     """What an area was made of, and what was made of it."""
 

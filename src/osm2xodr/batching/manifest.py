@@ -9,7 +9,6 @@ import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -18,6 +17,7 @@ from osm2xodr.batching.areas import RingDeg, check_names, check_ring, read_file,
 from osm2xodr.batching.model import Area
 from osm2xodr.errors import InputError
 from osm2xodr.surface import expand
+from osm2xodr.system import record
 
 # Keys of an area beside options of ``convert``, and those that can be the same for all areas.
 _OWN: Final = ("name", "osm", "dem", "bbox", "polygon", "options")
@@ -29,7 +29,7 @@ _FLAG_WORDS: Final = MappingProxyType(
 _Keys = Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ManifestContext:
     """What the command line knows about areas."""
 

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Set as AbstractSet
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from pathlib import Path
 from typing import Final
 
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.osmParsing import DRIVABLE, WaySelection
+from osm2xodr.system import record
 
 _OPTION: Final = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Area:
     """One area to convert."""
 
@@ -29,7 +30,7 @@ class Area:
     where: str = field(default="", compare=False)  # Where it is asked for, for messages
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CutRequest:
     """A part of a map to cut out."""
 
@@ -58,7 +59,7 @@ class Status(str, Enum):
     FAILED = "failed"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Result:
     """What became of an area."""
 

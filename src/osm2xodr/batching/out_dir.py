@@ -6,15 +6,14 @@ import contextlib
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from osm2xodr.errors import OutputError
-from osm2xodr.system import lock, stream_to
+from osm2xodr.system import lock, record, stream_to
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class OutDir:
     """The folder of a batch."""
 

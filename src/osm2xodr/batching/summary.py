@@ -14,7 +14,6 @@ import math
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
 from pathlib import Path
@@ -26,7 +25,7 @@ from osm2xodr import __version__
 from osm2xodr.batching.area_rows import AreaRow, Figures, one_line, read_rows
 from osm2xodr.batching.model import Result, Status
 from osm2xodr.diagnostics import Kind, counted
-from osm2xodr.system import stream_to
+from osm2xodr.system import record, stream_to
 from osm2xodr.viewing import facts, filled, package_text, page_html
 
 TABLE_NAME: Final = "summary.csv"
@@ -335,7 +334,7 @@ def _template(name: str) -> str:
     return package_text("osm2xodr.batching", f"template/{name}")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Shape:
     """An area on the map."""
 
@@ -348,7 +347,7 @@ class Shape:
     height: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Map:
     """Areas on the map."""
 

@@ -13,13 +13,12 @@ import queue
 import secrets
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from typing import Any, Final
 
 from osm2xodr.batching.area_process import AreaJob, Outcome, blocks_of, end_areas, run_block, run_each
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.system import LEAST_MEMORY, available_memory, uninterrupted
+from osm2xodr.system import LEAST_MEMORY, available_memory, record, uninterrupted
 
 _Ended = tuple[AreaJob, Outcome | BaseException]
 
@@ -36,7 +35,7 @@ _CONNECT_TIMEOUT: Final = 10.0
 _ENDED: Final = frozenset({"finished", "error", "cancelled"})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Workers:
     """The processes that convert."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -29,13 +29,13 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError, SwappedAxesError
 from osm2xodr.model import Corrections, unused
 from osm2xodr.surface import is_virtual, virtual_sources
-from osm2xodr.system import parse_json, uninterrupted
+from osm2xodr.system import parse_json, record, uninterrupted
 
 # Options that do not change the result of a conversion; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BatchOptions:
     """How a batch is made."""
 

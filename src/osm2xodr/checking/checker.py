@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -18,7 +18,7 @@ from osm2xodr.checking.findings import DEFAULT_READERS, READERS, RULES, Count, F
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
-from osm2xodr.system import Task, available_jobs, stage, xml_stream
+from osm2xodr.system import Task, available_jobs, record, stage, xml_stream
 
 # Bytes that are read at once; headers are shorter.
 _CHUNK: Final = 1 << 16
@@ -114,7 +114,7 @@ def _on_earth(drive: OpenDrive, found: tuple[Finding, ...]) -> tuple[Finding, ..
     return tuple(out)
 
 
-@dataclass(frozen=True)
+@record
 class CheckOptions:
     """What is checked.
 
@@ -149,7 +149,7 @@ class CheckOptions:
         return frozenset((set(self.only) if self.only else wanted) - set(self.ignore))
 
 
-@dataclass(frozen=True)
+@record
 class CheckResult:
     """What was found in a file."""
 

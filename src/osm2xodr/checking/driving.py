@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from osm2xodr.checking.checks import lane_index, transitions
@@ -11,9 +9,10 @@ from osm2xodr.checking.findings import Findings
 from osm2xodr.curves import unique_rows
 from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Driving:
     """The graph of lanes that cars drive on.
 

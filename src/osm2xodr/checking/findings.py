@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from configparser import ConfigParser, ExtendedInterpolation, SectionProxy
-from dataclasses import dataclass
 from enum import IntEnum
 from importlib import resources
 from types import MappingProxyType
@@ -21,6 +20,7 @@ from osm2xodr.curves import repeated
 from osm2xodr.defaults import CLEARANCE_LEAST, CONNECTING_RADIUS
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
+from osm2xodr.system import record
 
 # Programs that read OpenDRIVE, as `--for` names them.
 READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
@@ -74,7 +74,7 @@ class Severity(IntEnum):
         return self.name.lower()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Limit:
     """A measured value above `value` is a finding."""
 
@@ -85,7 +85,7 @@ class Limit:
     least: bool = False  # Whether values below it are findings instead, and errors below `error`
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rule:
     """One rule; ``rules.ini`` says what the fields mean."""
 
@@ -156,7 +156,7 @@ class Place(TypedDict, total=False):
     line: IntArray
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Finding:
     """One thing that is wrong at one place."""
 
@@ -179,7 +179,7 @@ class Finding:
     text: str  # A sentence
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Count:
     """How often a rule was broken, all findings counted."""
 
@@ -188,7 +188,7 @@ class Count:
     findings: int
 
 
-@dataclass(frozen=True)
+@record
 class _Batch:
     """Findings of one rule, as columns."""
 

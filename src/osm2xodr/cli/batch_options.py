@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import functools
 import shlex
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -16,7 +16,7 @@ from osm2xodr.cli.convert import convert
 from osm2xodr.cli.options import PATH, Parsed, given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.python_api import DECLARATIONS
-from osm2xodr.system import parse_duration, parse_memory
+from osm2xodr.system import parse_duration, parse_memory, record
 
 if TYPE_CHECKING:
     from osm2xodr.batching import PlannedArea
@@ -40,18 +40,16 @@ def _option(*names: str, **how: Any) -> Any:
     return field(metadata={"click": click.option(*names, **how)})
 
 
-@dataclass(frozen=True)
+@record
 class BatchArguments:
     """The options of ``batch``, in the order of its --help."""
 
     manifest: Path | None = field(metadata={"click": click.argument("manifest", type=PATH, required=False)})
-    source: Path | None = _option(  # noqa: RUF009 (it makes a field)
-        "--from", "source", type=PATH, metavar="FILE", help="Map to cut areas out of."
-    )
+    source: Path | None = _option("--from", "source", type=PATH, metavar="FILE", help="Map to cut areas out of.")
     tiles: float | None = _option(
         "--tiles", type=Parsed("length", _length), metavar="SIDE", help="Cut it into squares, such as 5km."
     )
-    areas: Path | None = _option(  # noqa: RUF009 (it makes a field)
+    areas: Path | None = _option(
         "--areas",
         type=PATH,
         metavar="FILE",
@@ -64,13 +62,11 @@ class BatchArguments:
         help="Elevation models of areas that name none: a file, a pattern such as 'dem/*.tif', or a folder. May be"
         " repeated.",
     )
-    output: Path = _option(  # noqa: RUF009 (it makes a field)
-        "-o", "--output", type=PATH, metavar="DIR", required=True, help="Folder to write to."
-    )
+    output: Path = _option("-o", "--output", type=PATH, metavar="DIR", required=True, help="Folder to write to.")
     options: str = _option(
         "--options", default="", metavar="TEXT", help="Options of convert for all areas, such as '--ways major'."
     )
-    corrections: Path | None = _option(  # noqa: RUF009 (it makes a field)
+    corrections: Path | None = _option(
         "--corrections",
         type=PATH,
         metavar="FILE",
@@ -221,7 +217,7 @@ def parse_options(text: str) -> tuple[str, ...]:
     return words
 
 
-@dataclass(frozen=True)
+@record
 class Plan:
     """The areas of a batch, and the bounds of the map, degrees, that tiles are cut out of."""
 

@@ -8,7 +8,6 @@ import json
 import math
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ import click
 
 from osm2xodr.cli.options import PATH, file_argument, limit_options
 from osm2xodr.errors import InputError
-from osm2xodr.system import STANDARD_OUTPUT, stream_to
+from osm2xodr.system import STANDARD_OUTPUT, record, stream_to
 
 if TYPE_CHECKING:
     from osm2xodr.opendrive import FieldValue, Locator
@@ -33,7 +32,7 @@ _WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class _Point:
     """A place that was asked for: its numbers, the id of its road, and all columns of its row."""
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from importlib import resources
 from types import MappingProxyType
 from typing import Any, Final
 
 from osm2xodr.defaults import WALKING_SPEED_KMH
+from osm2xodr.system import record
 
 # Width of one of several lanes by OSM's highway value, m: RAL 2012 (rural roads 3.50 and 3.25) and RASt 06 (6.50 m of
 # carriageway for main streets with buses, 4.75 m where a car passes a lorry slowly); within 0.2 m of the 12, 11 and
@@ -101,7 +102,7 @@ SPEED_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH:
 _USUAL_NAMES: Final = MappingProxyType({"trunk": "motorroad", "nsl_single": "rural", "nsl_dual": "dual"})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MarkStyle:
     """Road marks of a country; colours in OpenDRIVE's words, where ``standard`` is white."""
 
@@ -160,7 +161,7 @@ def _default_speeds(code: str, known: Mapping[str, float]) -> Mapping[str, float
     return MappingProxyType(out)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Country:
     """Laws and usual designs in a country, or in a part of one."""
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
+
+from osm2xodr.system import record
 
 
 class Group(str, Enum):
@@ -33,7 +34,7 @@ class Reported(Enum):
     NEVER = 2
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Declaration:
     """An option, as the user sees it, and what a stage gets of it."""
 

@@ -9,7 +9,6 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -20,6 +19,7 @@ from osm2xodr.conventions import countries
 from osm2xodr.curves import cosine, hypot, sine, starts
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
+from osm2xodr.system import record
 
 # The country whose numbers are written unless a reader wants those of the country where the sign stands.
 COMMON: Final = "DE"
@@ -34,7 +34,7 @@ _SIGNALLED_SHARE: Final = 0.5
 _ACROSS_SINE: Final = 0.34
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignCode:
     """Type, subtype and country as OpenDRIVE wants them."""
 
@@ -43,7 +43,7 @@ class SignCode:
     country: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Catalogue:
     """The signs of a country."""
 
@@ -151,7 +151,7 @@ def _with_value(template: str, value: float | None, country: str, *, in_subtype:
     return SignCode(kind, number if in_subtype else "", country)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Signs:
     """Signs of a street network. Street ends are numbered 2 x street, plus 1 for its end."""
 

@@ -6,11 +6,12 @@ Imports nothing heavy, as the command line needs it first.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
+
+from osm2xodr.system import record
 
 
 class Crosswalks(Enum):
@@ -26,7 +27,7 @@ class Crosswalks(Enum):
     BOTH = "both"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Target:
     """The requirements of one reader.
 

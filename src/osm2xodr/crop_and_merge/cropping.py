@@ -34,6 +34,7 @@ from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.errors import EmptyAreaError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, LinkKind, OpenDrive, Shape, pose
+from osm2xodr.system import record
 
 _LANE_CUBICS: Final = ("width", "border")
 _LANE_RECORDS: Final = ("roadMark", "material", "visibility", "speed", "access", "height", "rule")
@@ -278,7 +279,7 @@ def _cut_furniture(element: Element, stretch: Stretch) -> int:
     return lost
 
 
-@dataclass(frozen=True)
+@record
 class Stretch:
     """A part of a road that is kept, from s to s, m."""
 
@@ -290,7 +291,7 @@ class Stretch:
     has_end: bool
 
 
-@dataclass(frozen=True)
+@record
 class Choice:
     """What is kept: stretches of roads, in the order of the file, and junctions."""
 

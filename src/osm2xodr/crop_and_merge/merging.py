@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -31,6 +30,7 @@ from osm2xodr.diagnostics import counted
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import End, LinkKind, OpenDrive, frame_of, lane_borders, pose, surface_points
+from osm2xodr.system import record
 
 _NO_OFFSET: Final = (0.0, 0.0, 0.0, 0.0)
 # The order of the root's elements: OpenDRIVE 1.7, section 5.1.
@@ -272,7 +272,7 @@ def _rename_references(root: Element, kind: str, new: dict[str, str]) -> None:
                 item.set("elementId", new[item.get("elementId")])
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RoadEnd:
     """An end of a road that leads nowhere."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from osm2xodr.curves.point_tree import PointTree
 from osm2xodr.curves.ragged import runs, sorted_unique, unique_inverse
 from osm2xodr.curves.trigonometry import sine
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Length of the pieces that carriageways are to be cut into, m.
 CLEARANCE_STEP: Final = 4.0
@@ -35,7 +35,7 @@ _GAP: Final = 10.0
 _PLACE: Final = 40.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Stations:
     """Carriageways at stations of roads, in the order of roads and of s."""
 
@@ -47,7 +47,7 @@ class Stations:
     left: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadGraph:
     """Which roads meet."""
 
@@ -60,7 +60,7 @@ class RoadGraph:
     link_to: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ClosePlaces:
     """Places at which two roads come too close."""
 
@@ -90,7 +90,7 @@ def close_places(stations: Iterable[Stations], graph: RoadGraph, least: float) -
     return ClosePlaces(pieces.road[i], pieces.s[i], pieces.road[j], pieces.s[j], pairs.height[low])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Pieces:
     """Carriageways as quadrilaterals."""
 
@@ -102,7 +102,7 @@ class _Pieces:
     corners: FloatArray  # (n, 4, 2) m
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Overlaps:
     """Pairs of pieces that lie over each other."""
 

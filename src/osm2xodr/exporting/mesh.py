@@ -10,7 +10,6 @@ import json
 import re
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -20,7 +19,7 @@ from osm2xodr.curves import owners, repeated, runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, Header, OpenDrive, Ribbons, lane_ribbons, points_beside, sample_roads
-from osm2xodr.system import ByteSink
+from osm2xodr.system import ByteSink, record
 
 # Coordinates of meshes are those of the file up to here, m: single precision (24 bits) resolves them to 1 mm. Larger
 # ones count from an origin on a grid of this width, m. Choices.
@@ -61,7 +60,7 @@ _COLORS: Final = MappingProxyType(
 _BLOCK: Final = 100_000
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RoadMesh:
     """Triangles of the surface of all lanes.
 

@@ -10,7 +10,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,7 +27,7 @@ from osm2xodr.fetching.options import FetchOptions
 from osm2xodr.fetching.overpass import data_date, fetch_parts, forget, read_through, servers_of
 from osm2xodr.fetching.place import Box, Place, find_place
 from osm2xodr.osmParsing import close_writer, handle, open_osm_file, readable
-from osm2xodr.system import lock, make_folder, stream_to
+from osm2xodr.system import lock, make_folder, record, stream_to
 
 _OSM_LICENCE = "Open Database License (ODbL) 1.0, <https://www.openstreetmap.org/copyright>"
 _OSM_ATTRIBUTION = "© OpenStreetMap contributors"
@@ -85,7 +85,7 @@ def _row(*cells: str) -> str:
 _SOURCES = "SOURCES.md"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FetchedArea:
     """What was written."""
 
@@ -187,7 +187,7 @@ def _check_outputs(options: FetchOptions, osm_path: Path) -> None:
             raise OutputError(f"{target} exists; give another folder with -o, or --overwrite to replace it")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FetchedMap:
     """A map that was written."""
 

@@ -9,14 +9,13 @@ import shutil
 import time
 import urllib.parse
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import OutputError
 from osm2xodr.fetching.connection import Connection, Response, again, host, mark_of, range_of, shown
 from osm2xodr.fetching.options import ServerError
-from osm2xodr.system import appended, complete, is_page, make_folder, parse_json, plain_text, stream_to
+from osm2xodr.system import appended, complete, is_page, make_folder, parse_json, plain_text, record, stream_to
 
 # Bytes that show what a file is.
 _HEAD: Final = 4096
@@ -27,7 +26,7 @@ _MEGABYTE: Final = 1e6
 _NO_SUCH_RANGE: Final = 416
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Wanted:
     """A file to download."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -28,7 +27,7 @@ from osm2xodr.fetching.rasters import (
     unpacked,
     void_share,
 )
-from osm2xodr.system import make_folder, stream_to
+from osm2xodr.system import make_folder, record, stream_to
 
 # First bytes of TIFF and BigTIFF in both orders of bytes.
 _TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -43,7 +42,7 @@ _MARGIN: Final = 150.0
 _CELLS_SLACK: Final = 1.5
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FetchedModel:
     """An elevation model that was written."""
 

@@ -7,13 +7,14 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from configparser import ConfigParser, Error, SectionProxy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.fetching.connection import check_address
 from osm2xodr.fetching.place import Box
+from osm2xodr.system import record
 
 _TABLE: Final = Path(__file__).with_name("elevation_models.ini")
 _NEEDED: Final = ("title", "kind", "cell", "crs", "licence", "attribution")
@@ -23,7 +24,7 @@ _PLACEHOLDER: Final = re.compile(r"\{([^{}]*)\}")
 _FIELD: Final = re.compile(r"(?:(x|y|x_km|y_km)([+-]\d{1,6})?|(lat|lon|NS|EW|ns|ew))(?::0(\d))?")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ElevationModel:
     """An elevation model whose files are on a server."""
 

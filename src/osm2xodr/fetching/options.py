@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Final, Protocol
 
 from osm2xodr import __version__
 from osm2xodr.errors import OptionError, Osm2xodrError
+from osm2xodr.system import record
 
 # Servers of the Overpass API that anybody may use, asked in this order (OSM wiki, Overpass API, public instances).
 OVERPASS_SERVERS: Final = (
@@ -70,7 +71,7 @@ def _show_nothing(task: str, state: str = "", share: float | None = None) -> Non
     """Show nothing."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Network:
     """How servers are treated. Requests are made one at a time."""
 
@@ -83,7 +84,7 @@ class Network:
     sleep: Callable[[float], None] = time.sleep
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FetchOptions:
     """What is fetched, and from where; OptionError if there is nothing to fetch."""
 

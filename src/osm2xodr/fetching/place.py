@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import time
 import urllib.parse
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,7 +20,7 @@ from osm2xodr.fetching.downloads import Wanted, key_of, not_wanted
 from osm2xodr.fetching.options import FetchOptions, ServerError
 from osm2xodr.model import Outline
 from osm2xodr.projection import to_local
-from osm2xodr.system import make_folder, parse_json, plain_text, stream_to
+from osm2xodr.system import make_folder, parse_json, plain_text, record, stream_to
 
 # Length of a degree of latitude, m (WGS 84, mean).
 DEGREE: Final = 111_195.0
@@ -34,7 +33,7 @@ _PLACES_MAX: Final = 10
 _ANSWER_MAX: Final = 1_000_000
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """An area on Earth."""
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +22,7 @@ from osm2xodr.fetching.models import ElevationModel
 from osm2xodr.fetching.options import ServerError
 from osm2xodr.fetching.place import Box
 from osm2xodr.projection import WGS84
-from osm2xodr.system import gdal, raster_errors
+from osm2xodr.system import gdal, raster_errors, record
 
 # Cells beyond the area on each side, for interpolation and for the noise estimate at the border; a choice. More of
 # coarse ones are of use.
@@ -48,7 +47,7 @@ _PARTS_AT_ONCE: Final = 256
 _PARTS_KEPT: Final = 4096
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Raster:
     """A part of an elevation model."""
 

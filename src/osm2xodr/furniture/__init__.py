@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from osm2xodr.furniture.options import (
@@ -10,6 +10,7 @@ from osm2xodr.furniture.options import (
     FurnitureOptions as FurnitureOptions,
     parse_objects_option as parse_objects_option,
 )
+from osm2xodr.system import record
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Placed:
     """What stands on and beside roads, and where these need it to cut their lane sections."""
 

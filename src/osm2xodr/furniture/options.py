@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Group, Target, flag, option
+from osm2xodr.system import record
 
 # Kinds of objects that are numerous and rarely needed: only on request.
 EXTRA_OBJECTS: Final = ("lamps", "trees")
@@ -29,7 +29,7 @@ def parse_objects_option(text: str) -> frozenset[str]:
     return frozenset(names)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FurnitureOptions:
     """What the user may choose about furniture."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, TypeAlias
 
@@ -17,6 +16,7 @@ import numpy as np
 from osm2xodr.curves import running_lengths, sine_cosine
 from osm2xodr.furniture_shapes.placing import PlacedObject, PlacedSignal
 from osm2xodr.model import FloatArray
+from osm2xodr.system import record
 
 # Surfaces farther apart in height belong to different levels, m; traffic needs 4 m (`CLEARANCE_LEAST`), and roads
 # that meet are closer. A choice between both.
@@ -142,7 +142,7 @@ _CODES: Final = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class Area:
     """A filled area."""
 
@@ -150,7 +150,7 @@ class Area:
     colour: str
 
 
-@dataclass(frozen=True)
+@record
 class Disc:
     """A disc that does not vanish from afar."""
 
@@ -162,7 +162,7 @@ class Disc:
     colour: str
 
 
-@dataclass(frozen=True)
+@record
 class Stroke:
     """A line."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from osm2xodr.curves import sine_cosine
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
+from osm2xodr.system import record
 
 # Bridges and tunnels of each road: kind, from s to s (m) and name.
 Structures: TypeAlias = dict[int, list[tuple[str, float, float, str]]]
@@ -25,7 +25,7 @@ _USUAL_WIDTH: Final = 0.2
 _MOST_COPIES: Final = 10_000
 
 
-@dataclass(frozen=True)
+@record
 class PlacedSignal:
     """A sign or traffic light."""
 
@@ -37,7 +37,7 @@ class PlacedSignal:
     is_light: bool
 
 
-@dataclass(frozen=True)
+@record
 class PlacedObject:
     """An object, or one of its copies."""
 
@@ -117,7 +117,7 @@ def structures_of(file: OpenDrive) -> Structures:
     return out
 
 
-@dataclass(frozen=True)
+@record
 class _Spot:
     """An object or one of its copies at s, t (m); corners are s, t on its road, or u, v in its own frame, m."""
 

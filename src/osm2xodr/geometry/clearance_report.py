@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -42,6 +42,7 @@ from osm2xodr.model import (
     RoadMap,
     StreetNetwork,
 )
+from osm2xodr.system import record
 
 # Only what ways do within this distance of a place counts there, m: the widest junctions. A choice.
 _AROUND: Final = 100.0
@@ -49,7 +50,7 @@ _AROUND: Final = 100.0
 _TOUCH: Final = 0.02
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LinesInOsm:
     """How the lines of two ways lie to each other around a place."""
 
@@ -59,7 +60,7 @@ class LinesInOsm:
     apart: float  # Distance of the lines, m
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Segments(Table):
     """Straight pieces of ways."""
 
@@ -276,7 +277,7 @@ def _stations(road_map: RoadMap) -> Iterator[Stations]:
         yield Stations(road, s, hdg, *edges)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Border:
     """The edge of the carriageway on one side of sections."""
 

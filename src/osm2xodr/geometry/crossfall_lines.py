@@ -9,7 +9,7 @@ both, for all readers. The lane stays where it was.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -48,6 +48,7 @@ from osm2xodr.geometry.heights import (
 )
 from osm2xodr.geometry.junction_floor import Floor
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # The lanes of a junction that keeps its crossfall turn by this at most, rad, and lie askew to their reference lines
 # by this at most, rad. Choices: carriageways that part within 30 m; gores are far more acute.
@@ -77,7 +78,7 @@ _LONG: Final = 2.0
 _LEAST_SHARE: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Kinked(RaggedTable):
     """Values at places along curves, with a slope on either side: one cubic from each place to the next.
 
@@ -121,7 +122,7 @@ def _redundant(b: FloatArray, c: FloatArray, d: FloatArray, s: FloatArray) -> Bo
     return np.asarray((np.abs(np.stack(about_0)) < _REDUNDANT).all(axis=0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class CrossfallLines(Table):
     """Reference lines of some connecting roads, from that of the road before to that of the road behind."""
 

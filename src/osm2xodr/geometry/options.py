@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -12,6 +11,7 @@ from osm2xodr.conventions import PLANS, SUPERELEVATION, U_TURNS, Group, flag, op
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.defaults import GRADE_MAX
+from osm2xodr.system import record
 
 # Classes that the defaults leave to the value for all others.
 _OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
@@ -75,7 +75,7 @@ def _check_smoothing(factor: float) -> float:
     return factor
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ElevationOptions:
     """What a user may choose about heights."""
 
@@ -112,7 +112,7 @@ class ElevationOptions:
     )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadOptions:
     """What the user chose about roads."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -88,13 +88,13 @@ from osm2xodr.geometry.roadside import (
     with_cycle_tracks,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, StreetNetwork
-from osm2xodr.system import Task
+from osm2xodr.system import Task, record
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
 _SHORTER: Final = 0.95
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class CutStreets:
     """Streets, the junctions that cut them, and the roads that are left."""
 
@@ -104,14 +104,14 @@ class CutStreets:
     parts: RoadParts
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadPlan(CutStreets):
     """Roads and junctions in plan."""
 
     connecting: ConnectingRoads  # The roads for cars within junctions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadSides:
     """What lies beside roads, which heights do not depend on."""
 

@@ -6,7 +6,7 @@ The floor of junctions is laid at the end; it depends on heights by the sidewalk
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -49,10 +49,10 @@ from osm2xodr.geometry.road_records import (
 from osm2xodr.geometry.roadside import add_margins, ends_instead, with_lanes_of_sections
 from osm2xodr.geometry.tile_edges import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
-from osm2xodr.system import Task, advance, release_memory
+from osm2xodr.system import Task, advance, record, release_memory
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Lanes:
     """What heights do not change."""
 
@@ -63,7 +63,7 @@ class _Lanes:
     diagnostics: Diagnostics  # What was found meanwhile
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Heights:
     """The heights of roads, and what they follow from."""
 

@@ -7,8 +7,10 @@ applies some says of each one of them either that it was `applied`, or why it wa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final
+
+from osm2xodr.system import record
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 EVERY_LANE: Final = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class WayCorrection:
     """What is known of a way."""
 
@@ -36,7 +38,7 @@ class WayCorrection:
     no_u_turn: bool = False  # Whether nobody turns from it into the opposite carriageway
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeCorrection:
     """What is known of a node."""
 
@@ -48,7 +50,7 @@ class NodeCorrection:
     split_all: bool = False  # Whether its junction has no other node
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Corrections:
     """All that is known, by OSM id."""
 

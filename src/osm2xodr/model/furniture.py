@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Signal:
     """A traffic light or sign."""
 
@@ -37,7 +39,7 @@ class Signal:
         return self.road, self.orientation, -self.s if self.orientation == "-" else self.s, self.id
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignalReference:
     """Another road that a signal applies to as well; fields as of `Signal`."""
 
@@ -49,7 +51,7 @@ class SignalReference:
     validity: tuple[tuple[int, int], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Controller:
     """Signals that always show the same phase."""
 
@@ -62,7 +64,7 @@ class Controller:
     further_junctions: tuple[int, ...] = ()  # Ids of others that it belongs to as well, ascending
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignalLink:
     """A way through a junction with lights from one lane to another."""
 
@@ -75,7 +77,7 @@ class SignalLink:
     exit_lane: int  # Id of its lane there
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignalPhase:
     """A part of a signal programme in which no light changes."""
 
@@ -87,7 +89,7 @@ class SignalPhase:
     range: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignalProgramme:
     """When the lights of a junction are green: phases that follow each other for ever."""
 
@@ -97,7 +99,7 @@ class SignalProgramme:
     detector_range: float = 0.0  # How far before their stop lines vehicles are detected, m; 0 where times are fixed
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ObjectRepeat:
     """Copies of an object from s over a length, or one continuous object where distance is 0; all in m."""
 
@@ -111,7 +113,7 @@ class ObjectRepeat:
     z_offset: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadObject:
     """A thing on or beside a road."""
 
@@ -139,7 +141,7 @@ class RoadObject:
     osm_id: str = ""  # As of `Signal`
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadStructure:
     """A bridge or tunnel on a road."""
 
@@ -156,7 +158,7 @@ class RoadStructure:
     osm_way_ids: tuple[int, ...] = ()  # The ways that it comes from
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Furniture:
     """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s."""
 

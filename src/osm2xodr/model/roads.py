@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from osm2xodr.model.furniture import Furniture
 from osm2xodr.model.shared import Access, BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class PlanView(ReadOnlyArrays):
     """Lines, arcs and spirals of many curves (reference lines) as flat arrays."""
 
@@ -33,7 +34,7 @@ class PlanView(ReadOnlyArrays):
         ReadOnlyArrays.__post_init__(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class CubicProfile(ReadOnlyArrays):
     """Piecewise cubics a + b ds + c ds² + d ds³ over s of many curves as flat arrays, ds = s' - s."""
 
@@ -46,7 +47,7 @@ class CubicProfile(ReadOnlyArrays):
     d: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Stretches(ReadOnlyArrays):
     """Stretches of many curves as flat arrays."""
 
@@ -61,7 +62,7 @@ class Stretches(ReadOnlyArrays):
         return float((np.minimum(self.end, most) - np.minimum(self.begin, most)).sum())
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cubic:
     """One record a + b ds + c ds² + d ds³ from s on, where s counts from the start of the road or lane section."""
 
@@ -86,7 +87,7 @@ class Cubic:
         return self.b == self.c == self.d == 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadMark:
     """The mark on a lane's outer edge, in OpenDRIVE's words."""
 
@@ -96,7 +97,7 @@ class RoadMark:
     lane_change: str = "none"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Lane:
     """One lane of a lane section."""
 
@@ -112,7 +113,7 @@ class Lane:
     access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneSection:
     """All lanes from s on, highest id (leftmost) first, the centre lane among them."""
 
@@ -120,7 +121,7 @@ class LaneSection:
     lanes: tuple[Lane, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadType:
     """Type and speed limit of a road from s on."""
 
@@ -129,7 +130,7 @@ class RoadType:
     speed: float | None  # m/s; None where unknown, infinity where there is no limit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadLink:
     """The road or junction beyond a road's end."""
 
@@ -138,7 +139,7 @@ class RoadLink:
     at_start: bool | None = None  # With a road: whether its start (else its end) touches; None with a junction
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadName:
     """The name of a road from s on, and the ways that it comes from there."""
 
@@ -148,7 +149,7 @@ class RoadName:
     guesses: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Road:
     """A road, except for its curve and heights, which are in the tables of `RoadMap` at the road's index."""
 
@@ -165,7 +166,7 @@ class Road:
     names: tuple[RoadName, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Connection:
     """One way through a junction; the connecting road touches the incoming road with its start."""
 
@@ -175,7 +176,7 @@ class Connection:
     lane_links: tuple[tuple[int, int], ...]  # (lane id of the incoming road, lane id of the connecting road)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BoundaryJoint:
     """A segment of a junction's boundary across the end face of an arm, from its right to its left seen outwards."""
 
@@ -186,7 +187,7 @@ class BoundaryJoint:
     last_lane: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BoundaryEdge:
     """A segment of a junction's boundary along the outer edge of a lane of a connecting road."""
 
@@ -197,7 +198,7 @@ class BoundaryEdge:
     end: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Junction:
     """A junction and the ways through it."""
 
@@ -210,7 +211,7 @@ class Junction:
     boundary: tuple[BoundaryJoint | BoundaryEdge, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Island:
     """A raised place that carriageways go round."""
 
@@ -220,7 +221,7 @@ class Island:
     osm_id: str = ""  # The area in OSM
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetPlaces(ReadOnlyArrays):
     """Where streets and their tagged nodes are in a `RoadMap`.
 
@@ -245,7 +246,7 @@ class StreetPlaces(ReadOnlyArrays):
     junction: IntArray  # (n,) Id of the junction that the node lies in, -1 for none
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadPlace:
     """A place on a road where something is not as it should be."""
 
@@ -256,7 +257,7 @@ class RoadPlace:
     wanted: float  # In the same unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LayerCrossing:
     """A place where one road passes over another."""
 
@@ -268,7 +269,7 @@ class LayerCrossing:
     wanted: float  # Wanted height, m
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StructureRecord:
     """A bridge or tunnel: one chain of bridge or tunnel ways without a junction in between."""
 
@@ -285,7 +286,7 @@ class StructureRecord:
     grade_limit: float  # That of its class, rise per metre
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ElevationReport:
     """The heights of a road network against the elevation model and the limits."""
 
@@ -300,7 +301,7 @@ class ElevationReport:
     tight: tuple[LayerCrossing, ...]  # Crossings whose clearance is not met, the worst first
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Outline:
     """The outline of an area."""
 
@@ -309,7 +310,7 @@ class Outline:
     rings: tuple[FloatArray, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Partition:
     """Areas that are converted one by one, so that the results fit together."""
 
@@ -325,7 +326,7 @@ class Partition:
         return self.block or (self.own,)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Borders(ReadOnlyArrays):
     """The area of each piece of road: index into `Partition.names`, -1 outside of all."""
 
@@ -339,7 +340,7 @@ class Borders(ReadOnlyArrays):
     junction_area: IntArray
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BorderEnd:
     """The end of a road that continues in a neighbouring area."""
 
@@ -354,7 +355,7 @@ class BorderEnd:
     osm_way_ids: tuple[int, ...]  # Of the road that was cut
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadMap:
     """An OpenDRIVE road network."""
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from osm2xodr.system import record
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -91,7 +92,7 @@ class Structure(int, Enum):
     TUNNEL = 2
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LocalFrame:
     """The position of local x and y on Earth."""
 
@@ -100,7 +101,7 @@ class LocalFrame:
     lon_0_deg: float  # Likewise
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class SurfaceQuality(ReadOnlyArrays):
     """How far heights can be trusted, point by point."""
 

@@ -6,7 +6,7 @@ Such points are signs, lights, crossings, stops and obstacles.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
 from osm2xodr.model.corrections import Corrections
@@ -22,9 +22,10 @@ from osm2xodr.model.shared import (
     Rule,
     Structure,
 )
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneSpec:
     """One lane as OSM's tags describe it."""
 
@@ -40,7 +41,7 @@ class LaneSpec:
     speed: float | None = None  # Its own limit (``maxspeed:lanes``), m/s; None where that of its direction holds
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MarginSpec:
     """A strip beside the carriageway as OSM's tags describe it."""
 
@@ -51,7 +52,7 @@ class MarginSpec:
     height: float = 0.0  # Of its surface above the carriageway, m
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StructureTags:
     """What OSM says about a bridge or tunnel."""
 
@@ -63,7 +64,7 @@ class StructureTags:
     name: str = ""  # Its own, not the street's; empty where OSM gives none
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StreetAttributes:
     """What the tags of one way say, in the direction of its street."""
 
@@ -128,7 +129,7 @@ class StreetAttributes:
         return frozenset(for_cars or {lane.direction for lane in self.lanes_ltr})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Street(ReadOnlyArrays):
     """A chain of pieces of ways between two intersections or dead ends."""
 
@@ -155,7 +156,7 @@ class Street(ReadOnlyArrays):
         return self.pieces[-1 if end % 2 else 0][1]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Intersection:
     """A node where streets meet or end. Dead ends are intersections of one street end."""
 
@@ -167,7 +168,7 @@ class Intersection:
     arms: tuple[tuple[int, bool], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TurnRestriction:
     """A restriction relation that applies to cars at all times."""
 
@@ -181,7 +182,7 @@ class TurnRestriction:
     to_ways: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneConnectivity:
     """A ``connectivity`` relation: which lane of one way leads to which lane of another.
 
@@ -217,7 +218,7 @@ class RoadsideKind(str, Enum):
     TRAFFIC_SIGNALS = "traffic_signals"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadsideThing(ReadOnlyArrays):
     """A node or way beside the road that may become an object or a sign."""
 
@@ -228,7 +229,7 @@ class RoadsideThing(ReadOnlyArrays):
     facts: ThingFacts  # What else OSM says about it
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Footway(ReadOnlyArrays):
     """A way for pedestrians (or bicycles) that OSM maps separately from the street."""
 
@@ -239,7 +240,7 @@ class Footway(ReadOnlyArrays):
     tags: Mapping[str, str]  # Those that matter to stage 1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeFacts:
     """What OSM says about the nodes on streets, by subject and OSM node id, in ascending id."""
 
@@ -253,7 +254,7 @@ class NodeFacts:
     mini_roundabouts: frozenset[int] = frozenset()  # Junctions whose traffic goes round a painted middle
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetNetwork:
     """All streets of an area as the OSM file describes them."""
 
@@ -293,7 +294,7 @@ class Light(str, Enum):
     OTHER = "other"  # Lights that never show green to cars: blinkers, level crossings
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Facing:
     """Which traffic something on a street is for, as ``direction`` says; nothing is set where it does not say."""
 
@@ -302,7 +303,7 @@ class Facing:
     azimuth_deg: float | None = None  # Where it looks, degrees clockwise from north
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeControl:
     """A stop or give-way sign or traffic lights on a node of a street."""
 
@@ -321,7 +322,7 @@ class NodeControl:
         return Sign.SIGNALS if self.light in (Light.JUNCTION, Light.CROSSING) else None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignFace:
     """One traffic sign or plate."""
 
@@ -335,7 +336,7 @@ class SignFace:
     osm_id: str = ""  # The element that it comes from, where that is another one than its pole's
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FacingSigns:
     """Signs on a node that are for the same traffic, from the top down; plates follow their sign."""
 
@@ -343,7 +344,7 @@ class FacingSigns:
     faces: tuple[SignFace, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SignPost:
     """A node with traffic signs."""
 
@@ -353,7 +354,7 @@ class SignPost:
     city_limit: str = ""  # OSM's value: ``begin``, ``end``, ``both``; empty where absent
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BusStop:
     """A bus stop on a street or beside it."""
 
@@ -362,7 +363,7 @@ class BusStop:
     along: bool | None = None  # Whether its buses run along the way, else against it; None where OSM does not say
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MappedCrossing:
     """A node where people cross a street, and the way that they take, if OSM has it."""
 
@@ -375,7 +376,7 @@ class MappedCrossing:
     width_tagged: bool = False  # Whether OSM gives a width, plausible or not
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RailCrossing:
     """What stands where a street crosses a railway on its level."""
 
@@ -384,7 +385,7 @@ class RailCrossing:
     barriers: str = ""  # ``half`` or ``full`` for the part of the road that they close; empty for none
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ThingFacts:
     """What OSM says about a thing beside the road, as far as it matters to its kind; None where it does not say."""
 

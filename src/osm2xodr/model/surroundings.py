@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from osm2xodr.model.shared import FloatArray, freeze_arrays
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Building:
     """A building or a part of one: an area, and what its tags say of its heights; None where they say nothing."""
 
@@ -32,7 +33,7 @@ class Building:
             hole.flags.writeable = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class WaterArea:
     """A lake, a river or a basin."""
 
@@ -46,7 +47,7 @@ class WaterArea:
             hole.flags.writeable = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class OpenWater:
     """A lake, a river or a basin whose outline is not whole in the file."""
 
@@ -59,7 +60,7 @@ class OpenWater:
             line.flags.writeable = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Water:
     """All water of an area."""
 
@@ -76,7 +77,7 @@ class Water:
             line.flags.writeable = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Surroundings:
     """What a scene has beside its roads."""
 

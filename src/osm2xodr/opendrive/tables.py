@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Final, Protocol
@@ -20,6 +19,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, freeze_arrays
+from osm2xodr.system import record
 
 # An index or lane id that does not exist: no lane, no road, no junction.
 ABSENT = np.iinfo(np.int64).min
@@ -62,7 +62,7 @@ class _Frozen:
         freeze_arrays(self)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Header(_Frozen):
     """The header."""
 
@@ -72,7 +72,7 @@ class Header(_Frozen):
     offset: tuple[float, float, float, float] | None  # x, y, z, hdg of ``<offset>``; None without one
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class GeometryTable(_Frozen):
     """``<planView>`` records of all roads."""
 
@@ -91,7 +91,7 @@ class GeometryTable(_Frozen):
     line: IntArray  # (records,)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RoadTable(_Frozen):
     """``<road>`` elements."""
 
@@ -111,7 +111,7 @@ class RoadTable(_Frozen):
     line: IntArray  # (n,)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class TypeTable(_Frozen):
     """``<type>`` records of all roads; ``<speed>`` in m/s is NaN where it is missing, infinite without a limit."""
 
@@ -122,7 +122,7 @@ class TypeTable(_Frozen):
     type: tuple[str, ...]  # texts
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class SectionTable(_Frozen):
     """``<laneSection>`` elements of all roads."""
 
@@ -134,7 +134,7 @@ class SectionTable(_Frozen):
     line: IntArray  # (sections,)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class MarkTable(_Frozen):
     """``<roadMark>`` elements of all lanes, in the order of the file."""
 
@@ -145,7 +145,7 @@ class MarkTable(_Frozen):
     lane_change: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class LaneTable(_Frozen):
     """``<lane>`` elements of all sections, with the centre lanes, from left to right: the highest id first."""
 
@@ -170,7 +170,7 @@ class LaneTable(_Frozen):
     direction: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class JunctionTable(_Frozen):
     """``<junction>`` elements."""
 
@@ -185,7 +185,7 @@ class JunctionTable(_Frozen):
     line: IntArray  # (n,)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class ConnectionTable(_Frozen):
     """``<connection>`` elements of all junctions."""
 
@@ -205,7 +205,7 @@ class ConnectionTable(_Frozen):
     line: IntArray  # (n,)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Furniture:
     """A ``<signal>`` or ``<object>``, a reference to one, a ``<bridge>`` or a ``<tunnel>``."""
 
@@ -233,7 +233,7 @@ class Furniture:
     repeats: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Controller:
     """A ``<controller>`` and the signals it controls."""
 
@@ -243,7 +243,7 @@ class Controller:
     line: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Misfit:
     """Something in the file that is not as OpenDRIVE defines it."""
 
@@ -254,7 +254,7 @@ class Misfit:
     text: str  # A sentence
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class OpenDrive(_Frozen):
     """A file of OpenDRIVE."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
@@ -33,6 +33,7 @@ from osm2xodr.osmParsing.tags import (
     parse_speed,
     reason_left_out,
 )
+from osm2xodr.system import record
 
 # Heights between two roads that are plausible, m: from a passage for cars to the highest viaducts.
 _CLEARANCES: Final = (1.5, 350.0)
@@ -222,7 +223,7 @@ CORRECTION_KEYS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CorrectedWays:
     """Ways as corrected, and what is to be said about that when it is known which of them become streets."""
 

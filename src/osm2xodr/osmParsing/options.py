@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from osm2xodr.conventions import Group, flag, option, same_option
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.system import record
 
 if TYPE_CHECKING:
     from osm2xodr.model import Corrections, LocalFrame, Rule
@@ -24,7 +25,7 @@ _ALL: Final = _DRIVABLE | {"track", "busway", "raceway"}
 HIGHWAYS: Final = _ALL | {"pedestrian"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class WaySelection:
     """Which ways become streets."""
 
@@ -82,7 +83,7 @@ def _no_corrections() -> Corrections:
     return Corrections()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ParseOptions:
     """What is read of an OSM file; ValueError if the lane width is not that of a lane."""
 

@@ -21,7 +21,7 @@ from osm2xodr.conventions import PROGRAMMES_HEAD, programmes_file
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
 from osm2xodr.reporting.report import report
-from osm2xodr.system import STANDARD_OUTPUT, remove_made, settle, stream_to
+from osm2xodr.system import STANDARD_OUTPUT, record, remove_made, settle, stream_to
 from osm2xodr.xodrWriter import WriteOptions, check_date, signal_programmes, write_xodr
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Written:
     """A file that was written."""
 

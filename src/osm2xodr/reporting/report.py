@@ -9,13 +9,13 @@ import dataclasses
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path, PurePath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics, Kind
+from osm2xodr.system import record
 
 if TYPE_CHECKING:
     from osm2xodr.model import BorderEnd, ElevationReport, Junction, LocalFrame
@@ -107,7 +107,7 @@ def example(message: str, osm_id: str, count: int, most: int | None = None) -> s
     return text + tail
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Code:
     """What one code means; ``codes.ini`` says what the fields are."""
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from osm2xodr.curves import lengths as curve_lengths
 from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Stretches
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Statistics:
     """Figures of a road network."""
 

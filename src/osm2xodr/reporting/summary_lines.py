@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.reporting.report import codes, example
+from osm2xodr.system import record
 from osm2xodr.xodrWriter import plan_view_bounds
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Style(Enum):
     ATTENTION = "attention"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Line:
     """A line of a summary."""
 
@@ -39,7 +39,7 @@ class Line:
     style: Style = Style.PLAIN
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Summary:
     """What is said about a conversion, without its data."""
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -28,6 +27,7 @@ from osm2xodr.starting.motion import (
     programmes_of,
 )
 from osm2xodr.starting.request import FOLDER, XODR, Made, Request
+from osm2xodr.system import record
 
 _SCENARIO: Final = "start.xosc"
 _EGO: Final = "Ego"
@@ -262,7 +262,7 @@ def _numbers(values: dict[str, float]) -> dict[str, str]:
     return {name: f"{value:.3f}".rstrip("0").rstrip(".") for name, value in values.items()}
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Car:
     """A car, the way that it takes, and how it goes along it."""
 

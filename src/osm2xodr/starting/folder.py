@@ -9,7 +9,6 @@ import re
 import shlex
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
@@ -20,7 +19,7 @@ from osm2xodr.python_api import ConvertOptions, area_map, changed_options, clipp
 from osm2xodr.starting import autoware, carla, esmini, sumo
 from osm2xodr.starting.request import FOLDER, NOT_CHOSEN, SIMULATORS, TARGET_OF, XODR, Made, Request
 from osm2xodr.surface import expand
-from osm2xodr.system import FILES_KEY, STANDARD_OUTPUT, atomic_folder, check_folder
+from osm2xodr.system import FILES_KEY, STANDARD_OUTPUT, atomic_folder, check_folder, record
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -40,7 +39,7 @@ Road network: © [OpenStreetMap contributors](https://www.openstreetmap.org/copy
 1.0 (ODbL), which what is made of it has to keep, and name them."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Started:
     """A folder that a simulator runs."""
 

@@ -19,6 +19,7 @@ from osm2xodr.checking import driving_of
 from osm2xodr.curves import wrapped
 from osm2xodr.model import BoolArray, FloatArray, Furniture, IntArray, Signal, SignalLink, SignalProgramme
 from osm2xodr.opendrive import OpenDrive, lane_borders, pose, speed_limits, surface_points
+from osm2xodr.system import record
 
 # Acceleration and deceleration, m/s2, less than cruise controls may take (ISO 15622: 2 and 3.5 m/s2); and to the side
 # as of a friction of 0.2, for which bends of slow roads are designed (AASHTO, Policy on Geometric Design).
@@ -53,7 +54,7 @@ STEP: Final = 1.0
 _DRIVING: Final = "driving"
 
 
-@dataclass(frozen=True)
+@record
 class Light:
     """A light on a path."""
 
@@ -62,7 +63,7 @@ class Light:
     change: Callable[[float], float]  # When it is green next, s
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Motion:
     """How a car goes: its speed changes evenly between times."""
 
@@ -321,7 +322,7 @@ def lane_network(file: OpenDrive) -> LaneNetwork:
     return LaneNetwork(file, nodes, length, driving.start[kept], driving.end[kept])
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Path:
     """A way from lane to lane, as places at even distances."""
 

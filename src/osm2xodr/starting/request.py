@@ -6,13 +6,14 @@ Imports nothing heavy: the command line reads it for its help.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.conventions import DEFAULT_TARGET
 from osm2xodr.reporting import Conversion
+from osm2xodr.system import record
 
 # Stands for the folder in a command.
 FOLDER: Final = "{folder}"
@@ -28,7 +29,7 @@ SIMULATORS: Final = tuple(TARGET_OF)
 NOT_CHOSEN: Final = frozenset({"target", "frame", "tile", "corrections_shared"})
 
 
-@dataclass(frozen=True)
+@record
 class Request:
     """A road network, and the folder that is being written for a simulator."""
 
@@ -47,7 +48,7 @@ class Request:
         return self.folder / XODR
 
 
-@dataclass(frozen=True)
+@record
 class Made:
     """What was written for a simulator."""
 

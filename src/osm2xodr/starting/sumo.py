@@ -29,7 +29,7 @@ from osm2xodr.errors import InputError, OutputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing import HIGHWAYS, class_of, open_osm_file, read_ways
 from osm2xodr.starting.request import FOLDER, Made, Request
-from osm2xodr.system import DATA_OF_OTHERS
+from osm2xodr.system import DATA_OF_OTHERS, record
 
 _NETWORK: Final = "map.net.xml"
 _ROUTES: Final = "map.rou.xml"
@@ -261,7 +261,7 @@ def _for_cars(lane: ET.Element) -> bool:
     return not {_CARS, "all"} & set(lane.get("disallow", "").split())
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Trip:
     """A car that goes from one edge to another."""
 
@@ -284,7 +284,7 @@ def make_trips(network: SumoNetwork, request: Request) -> list[Trip]:
     return [Trip(_DEMAND_S / count * n, network.id[a], network.id[b]) for n, (a, b) in enumerate(pairs)]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Hourly:
     """Vehicles per hour and direction of each edge."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FlatSurface:
     """The ground where there is no elevation model: exact, at height 0."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -33,6 +32,7 @@ from osm2xodr.surface.grids import (
     usual_sigma,
 )
 from osm2xodr.surface.sampling import Layer, Trend
+from osm2xodr.system import record
 
 # Margin that is read around the roads, m and cells: room for lane edges and for fitted curves, which leave the OSM
 # line by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell). Where
@@ -64,7 +64,7 @@ _TREND_CELLS: Final = 20_000
 _DOUBLE_CELLS_MAX: Final = 2**24
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class DemWindow:
     """The part of an elevation model around the roads."""
 
@@ -96,7 +96,7 @@ def bounds_deg(cells: GridFrame) -> tuple[float, float, float, float]:
     return float(np.min(lon)), float(np.min(lat)), float(np.max(lon)), float(np.max(lat))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Plan:
     """The window to read of an elevation model: cells from `first` up to `end` (col, row), for roads at col, row."""
 

@@ -9,13 +9,13 @@ import glob
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from osm2xodr.conventions import Group, flag, option
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError
+from osm2xodr.system import record
 
 METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
@@ -32,7 +32,7 @@ def _check_sigma(sigma: float) -> float:
     return sigma
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SurfaceOptions:
     """How heights are made from elevation models; `InputError` if a value is not offered."""
 

@@ -9,7 +9,6 @@ seam, and within a layer's cells they are its own. The trend is a polynomial.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +27,7 @@ from osm2xodr.surface.grids import (
     make_interpolator,
     nearest_known,
 )
+from osm2xodr.system import record
 
 Bounds = tuple[float, float, float, float]
 
@@ -37,7 +37,7 @@ _CHUNK: Final = 2**17
 _ROUNDING: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class DemSummary:
     """An elevation model, and what was used of it."""
 
@@ -58,7 +58,7 @@ class DemSummary:
     attribution: str = ""  # Whom its data are owed, by the file's metadata
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class DemSurface:
     """The height of the ground from elevation models (an `osm2xodr.model.Surface`)."""
 
@@ -107,7 +107,7 @@ def qualities_of(layers: LayeredSurface, main: int, sigmas: FloatArray) -> Surfa
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Layer:
     """One grid of heights."""
 
@@ -123,7 +123,7 @@ class Layer:
         return self.frame.cell_size()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _FilledLayer:
     """A layer with filled voids."""
 
@@ -139,7 +139,7 @@ class _FilledLayer:
         return (x > west) & (x < east) & (y > south) & (y < north)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Trend:
     """The polynomial trend, which goes on with a plane's slope beyond the heights it was fitted to, less and less."""
 

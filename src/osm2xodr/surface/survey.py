@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -42,6 +41,7 @@ from osm2xodr.surface.grids import (
     unstated,
 )
 from osm2xodr.surface.mosaic import void_outliers
+from osm2xodr.system import record
 
 Box = tuple[float, float, float, float]
 
@@ -57,7 +57,7 @@ _INTERPOLATIONS: Final = ("nearest", "bilinear", "bicubic")
 _ORDERS: Final = (2, 3, 4, 5)  # Total degrees of polynomials
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class DemComparison:
     """An elevation model, and the errors of methods to find its heights."""
 
@@ -78,7 +78,7 @@ class DemComparison:
     grid: GridComparison
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class SurfaceComparison:
     """Comparisons of methods on a user's elevation models."""
 
@@ -216,7 +216,7 @@ def _upright(patch: Patch, frame: GridFrame) -> Patch:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Patch:
     """A part of a grid of heights."""
 
@@ -226,7 +226,7 @@ class Patch:
     z: Cells  # (rows, cols) Heights, m; NaN in voids
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class MethodResult:
     """The errors of one method to find heights."""
 
@@ -243,7 +243,7 @@ class MethodResult:
     errors: tuple[FloatArray, ...]  # (rows, cols) of each patch, m; NaN where nothing was predicted
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class GridComparison:
     """The errors of all methods on one grid."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from osm2xodr.system.lazy import lazy_exports as lazy_exports
+from osm2xodr.system.records import record as record
 
 if TYPE_CHECKING:
     from osm2xodr.system.files import (

@@ -9,7 +9,6 @@ in hue.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -20,6 +19,7 @@ from osm2xodr.curves import owners
 from osm2xodr.furniture_shapes import colours_by_name
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
+from osm2xodr.system import record
 from osm2xodr.viewing.scene import Scene
 
 # m/s to km/h.
@@ -87,7 +87,7 @@ ROAD_OTHER: Final = "#aeb4ba"
 SEVERITIES: Final = MappingProxyType({"error": "#c1272d", "warning": "#e08a00", "info": "#7b3fa0"})
 
 
-@dataclass(frozen=True)
+@record
 class Categories:
     """Kinds, each with a colour."""
 
@@ -98,7 +98,7 @@ class Categories:
     present: tuple[bool, ...]  # Whether it occurs and has an entry in the legend
 
 
-@dataclass(frozen=True)
+@record
 class Mode:
     """A way to colour roads."""
 
@@ -223,7 +223,7 @@ def _ramp(stops: tuple[str, ...], values: FloatArray, low: float, high: float, l
     return Ramp(stops, *round_range(float(ends[0]), float(ends[1]), least), unit)
 
 
-@dataclass(frozen=True)
+@record
 class Ramp:
     """A scale of colours between two values; beyond them the colours at the ends hold."""
 

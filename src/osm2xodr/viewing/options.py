@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import defaults
+from osm2xodr.system import record
 
 # What roads of a picture can be coloured by.
 PICTURE_COLOURS: Final = ("type", "height", "grade", "speed")
 
 
-@dataclass(frozen=True)
+@record
 class ReportOptions:
     """What a report is made of, beside the file."""
 
@@ -30,7 +30,7 @@ class ReportOptions:
     scene: bool | None = None
 
 
-@dataclass(frozen=True)
+@record
 class PictureOptions:
     """What a picture shows."""
 

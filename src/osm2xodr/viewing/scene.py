@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, Final
 
@@ -29,6 +29,7 @@ from osm2xodr.opendrive import (
     section_at,
     superelevation,
 )
+from osm2xodr.system import record
 
 # How far chords of drawn roads lie from their curves at most, m, and the longest chord, m: less than a pixel up to 30
 # pixels per metre; and between stations of a profile a grade is as good as straight. Choices.
@@ -57,7 +58,7 @@ _MARK_COLOURS: Final = {
 _WORD = "attribution"
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Scene:
     """Stations, strips and lanes of all roads, in the order of the file."""
 

@@ -6,16 +6,17 @@ Imports nothing heavy: the command line needs it to start.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import datetime
 from types import MappingProxyType
 from typing import Final
 
 from osm2xodr import __version__
 from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Group, Reported, Target, option, same_option
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Dialect:
     """The features of one version of OpenDRIVE, as far as they matter here."""
 
@@ -86,7 +87,7 @@ def check_date(text: str) -> str:
     return text
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class WriteOptions:
     """How to write."""
 

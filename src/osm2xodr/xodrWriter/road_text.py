@@ -7,7 +7,6 @@ files of millions of lanes blanks would be a tenth of all bytes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from operator import attrgetter
 from typing import Final, TypeAlias
 
@@ -26,6 +25,7 @@ from osm2xodr.model import (
     RoadMark,
     RoadType,
 )
+from osm2xodr.system import record
 from osm2xodr.xodrWriter import formatting
 from osm2xodr.xodrWriter.formatting import NUMBER, Words, name_attribute, number, numbers, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
@@ -180,7 +180,7 @@ def _heights(lane: Lane) -> str:
     return out
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadTables:
     """The records of one road in the tables of a road map, as text."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.model import BoolArray, Direction, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
 from osm2xodr.surface import FlatSurface
+from osm2xodr.system import record
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 X = CASES["x"].case
@@ -516,7 +517,7 @@ def test_the_closed_side_of_a_t_is_filled(rule: Rule) -> None:
         assert outer == pytest.approx([3.7, 5.7], abs=0.01)
 
 
-@dataclass(frozen=True)
+@record
 class _Slope(FlatSurface):
     """Exact ground that rises to the north."""
 

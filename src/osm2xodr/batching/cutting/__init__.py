@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
@@ -34,6 +33,7 @@ from osm2xodr.curves import repeated, unique_first
 from osm2xodr.errors import InputError, OutputError, SwappedAxesError
 from osm2xodr.model import IntArray
 from osm2xodr.osmParsing import DRIVABLE, close_writer, open_osm_file, readable
+from osm2xodr.system import record
 
 # Files that are open at a time; systems allow a process 256 or more.
 _OPEN_MAX: Final = 200
@@ -159,7 +159,7 @@ def _read_once(source: Path, stamp: tuple[int, int] | None, driven: tuple[Driven
     return read_source(open_osm_file(source), driven, surroundings=surroundings)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Target:
     """A file to write."""
 

@@ -6,7 +6,7 @@ Points and segments within reach of an outline or of places.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Final
 
@@ -41,6 +41,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.defaults import OUTLINE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, Outline, freeze_arrays
+from osm2xodr.system import record
 
 # Streets this near to the border are cut out whole for both areas, m: roads lie some metres off OSM's lines.
 _BORDER_REACH: Final = 300.0
@@ -67,7 +68,7 @@ _NOWHERE: Final = 1e8
 _PART: Final = 200.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Choice:
     """What belongs to a cut."""
 
@@ -85,7 +86,7 @@ class Choice:
         freeze_arrays(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Members:
     """Ways and nodes that are members of relations."""
 
@@ -97,7 +98,7 @@ class Members:
     node: tuple[IntArray, IntArray]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Plan:
     """A map, prepared for choosing."""
 

@@ -34,6 +34,7 @@ from osm2xodr.osmParsing import (
     reason_left_out,
     way_values,
 )
+from osm2xodr.system import record
 
 # What conversions read on request; a cut has all of it.
 _EXTRA: Final = frozenset({"lamps", "trees"})
@@ -58,7 +59,7 @@ class Driven(NamedTuple):
     kept: frozenset[int] = frozenset()  # OSM ids of ways that do in any case
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Source:
     """The part of a map that is of use; ways and relations are those that `ways_and_relations_of` yields."""
 
@@ -335,7 +336,7 @@ def _rows(ids: IntArray, refs: IntArray, lengths: IntArray) -> tuple[IntArray, I
     return starts(count), row[present]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Segments:
     """Straight pieces between the nodes of ways, in the order of ways."""
 
@@ -348,7 +349,7 @@ class Segments:
         freeze_arrays(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Streets:
     """Ways joined to streets, from intersection to intersection."""
 
@@ -364,7 +365,7 @@ class Streets:
         freeze_arrays(self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Cells:
     """An index of ways or nodes by cells of a grid of longitude and latitude."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from osm2xodr.checking.findings import RULES, Findings, Place
 from osm2xodr.curves import owners, repeated, unique_first, wrapped
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, Furniture, OpenDrive, pose
+from osm2xodr.system import record
 
 # Types of lanes that cars may be on, of all versions of the standard.
 _DRIVING_TEXT: Final = (
@@ -23,7 +23,7 @@ _DRIVING_TYPES: Final = frozenset(_DRIVING_TEXT.split())
 _LARGEST_ID: Final = 1 << 20
 
 
-@dataclass(frozen=True)
+@record
 class LaneIndex:
     """Lanes by section and id."""
 

@@ -5,8 +5,6 @@ Gaps, steps and kinks at links, wrong ends and directions, lanes and links that 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from osm2xodr.checking.checks.common import LaneIndex, above, degrees, end_station, lane_place, road_place
@@ -15,6 +13,7 @@ from osm2xodr.checking.findings import GAP_ERROR, TAPERED_WIDTH, Findings
 from osm2xodr.curves import Table, owners, sorted_unique
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, grade, lane_borders, pose, surface_points
+from osm2xodr.system import record
 
 _PERCENT = 100.0
 # The reference line of the other road may lie on either side of the carriageway. An end touches if it is nearer than
@@ -22,7 +21,7 @@ _PERCENT = 100.0
 _TOUCHING_SHARE = 0.1
 
 
-@dataclass(frozen=True)
+@record
 class _LaneEnds:
     """Lanes at ends of their roads."""
 
@@ -243,7 +242,7 @@ def _check_inner_ends(drive: OpenDrive, lanes: LaneIndex, findings: Findings) ->
         _check_lane_ends(drive, lanes, row, goes_on, ids[row] != ABSENT, width, s, findings)
 
 
-@dataclass(frozen=True)
+@record
 class Transitions(Table):
     """Steps across ends of roads: from a lane (a) at an end of its road to another (b) at an end of its own."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -15,6 +14,7 @@ from osm2xodr.curves import segments_cross
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import BoolArray, FloatArray
 from osm2xodr.opendrive import End, Furniture, OpenDrive, elevation, lane_borders, pose, section_at
+from osm2xodr.system import record
 
 # Movements whose middles end nearer to each other than this end on one lane, m: half of a narrow one.
 _SAME_LANE: Final = 1.0
@@ -25,7 +25,7 @@ _MOST_MOVEMENTS: Final = 400
 _ORIENTATION: Final = {int(End.START): "-", int(End.END): "+"}
 
 
-@dataclass(frozen=True)
+@record
 class _Movement:
     """One lane through a junction."""
 

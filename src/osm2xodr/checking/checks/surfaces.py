@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -37,7 +36,7 @@ from osm2xodr.opendrive import (
     section_at,
     superelevation,
 )
-from osm2xodr.system import available_jobs, map_parallel
+from osm2xodr.system import available_jobs, map_parallel, record
 
 # Surfaces of junctions: step of the samples along a road, m, and their shares of the carriageway's width; samples of
 # two roads that are nearer than the last, m, are one place.
@@ -78,7 +77,7 @@ _SHARED: Final = 5e7
 _SHARED_EACH: Final = 5e3
 
 
-@dataclass(frozen=True)
+@record
 class Carriageways:
     """Carriageways at stations of roads, from the leftmost to the rightmost driving lane."""
 
@@ -237,7 +236,7 @@ def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, Fl
     return low, high, apart[wanted], road[first], ways.s[row[first]]
 
 
-@dataclass(frozen=True)
+@record
 class _Shared(Table):
     """Cells that belong to two roads at one height: indices of both roads, the lower first, and an s of that one."""
 
@@ -266,7 +265,7 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     )
 
 
-@dataclass(frozen=True)
+@record
 class _Stretches(Table):
     """Stretches of roads in squares of cells: keys of the squares, roads, first and last station, m across there."""
 

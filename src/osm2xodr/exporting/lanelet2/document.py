@@ -19,7 +19,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive, frame_of
 from osm2xodr.projection import make_frame, to_geographic, to_utm
-from osm2xodr.system import ByteSink
+from osm2xodr.system import ByteSink, record
 
 # Lines of text that are written at a time.
 _BLOCK: Final = 10_000
@@ -233,7 +233,7 @@ def _tags(tags: Tags) -> str:
     return "".join(f"<tag k={quoteattr(key)} v={quoteattr(value)}/>" for key, value in tags.items())
 
 
-@dataclass(frozen=True)
+@record
 class Places:
     """Nodes on Earth and in the coordinates of Autoware."""
 
@@ -311,7 +311,7 @@ def _zone(lat: float, lon: float) -> int:
     return zone
 
 
-@dataclass(frozen=True)
+@record
 class Mark:
     """A road mark as a bound: what it looks like, and where one may change lanes across it, along s."""
 

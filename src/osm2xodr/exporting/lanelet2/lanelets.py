@@ -24,6 +24,7 @@ from osm2xodr.exporting.lanelet2.document import (
 from osm2xodr.exporting.lanelet2.strips import Cut, Strip, StripLane
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import End
+from osm2xodr.system import record
 
 # An end of a border: strip, border, and at which `End` of the strip.
 Slot = tuple[int, int, int]
@@ -117,7 +118,7 @@ def _turns(cut: Cut) -> FloatArray:
     return out
 
 
-@dataclass(frozen=True)
+@record
 class Ends:
     """The ends of all borders of strips, as nodes that linked lanes share."""
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -27,6 +26,7 @@ from osm2xodr.exporting.lanelet2.document import (
 from osm2xodr.exporting.lanelet2.lanelets import Placed
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import ABSENT, End, Furniture, OpenDrive, pose, surface_points
+from osm2xodr.system import record
 
 # Lights that hold for walkers or cyclists alone, of OpenDRIVE's own catalogue (ASAM OpenDRIVE 1.8, signal types).
 _NOT_FOR_CARS: Final = frozenset({"1000002", "1000007", "1000013"})
@@ -37,7 +37,7 @@ _STOP_LINE_SIGNAL: Final = "294"
 _BOUNDS: Final = {"zebra": "zebra_marking", "virtual": "virtual"}
 
 
-@dataclass(frozen=True)
+@record
 class _Line:
     """A stop line: its place, whose traffic it holds for, and the number of its way."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,12 +24,13 @@ from osm2xodr.exporting.lanelet2.document import (
 )
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive, Ribbons, Stations, lane_ribbons, sample_roads
+from osm2xodr.system import record
 
 # Places closer together than this along a road are one, m.
 _SAME = 1e-6
 
 
-@dataclass(frozen=True)
+@record
 class StripLane:
     """A lane of a strip that becomes a lanelet."""
 
@@ -40,7 +41,7 @@ class StripLane:
     left: int  # Its left border along s, counted from the leftmost border of the section; its right one is the next
 
 
-@dataclass(frozen=True)
+@record
 class Words:
     """What must be the same all along a strip."""
 
@@ -55,7 +56,7 @@ class Words:
         return location_of(self.road_type)
 
 
-@dataclass(frozen=True)
+@record
 class Strip:
     """A stretch of a road from one change to the next."""
 
@@ -65,7 +66,7 @@ class Strip:
     s: tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Cut:
     """All strips of a file, and what they were made from."""
 

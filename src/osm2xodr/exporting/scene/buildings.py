@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -29,6 +28,7 @@ from osm2xodr.exporting.scene.meshes import (
 from osm2xodr.exporting.scene.model import Level, Part, RoadSurface
 from osm2xodr.model import BoolArray, Building, FloatArray
 from osm2xodr.opendrive import Frame
+from osm2xodr.system import record
 
 # Height of a storey, m: OSM wiki, Key:building:levels, and most renderers of it.
 STOREY: Final = 3.0
@@ -68,7 +68,7 @@ PASSAGE: Final = 4.5
 # ---------------------------------------------------------------- outlines
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Footprint:
     """What is left of a building's outline."""
 
@@ -191,7 +191,7 @@ _SAME: Final = 1e-4
 _NAME: Final = "Building"
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Roof:
     """A roof over the smallest rectangle around an outline: u along its ridge, v to the left of it.
 
@@ -239,7 +239,7 @@ def _roof_over(outline: Any, building: Building) -> _Roof:
 # ---------------------------------------------------------------- walls and roofs
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Block:
     """A building between two heights."""
 
@@ -293,7 +293,7 @@ def _parts_of(blocks: Sequence[_Block]) -> tuple[Part, ...]:
 _STEP: Final = 2.5
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Buildings:
     """Buildings of a scene, and what became of those that were given."""
 

@@ -7,7 +7,6 @@ those at borders of tiles are the same, so that tiles of different detail meet w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,6 +18,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.exporting.scene.model import GROUND_CELL, LARGEST_GAP
 from osm2xodr.exporting.scene.water import WaterShapes
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Most squares in the rectangle around a scene: 1,000 km², some 2 GB. A choice.
 _MOST_CELLS: Final = 40_000_000
@@ -39,7 +39,7 @@ _AROUND: Final = np.ones((3, 3), np.bool_)
 _RING: Final = ((0, 0), (0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Cells:
     """Squares of `GROUND_CELL` metres, in rows from south to north. Their corners lie at whole multiples of it.
 

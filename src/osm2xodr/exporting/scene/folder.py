@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,12 +16,12 @@ from osm2xodr.exporting.scene.model import Part, material_of
 from osm2xodr.exporting.scene.scene import Scene
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
-from osm2xodr.system import FILES_KEY, ByteSink
+from osm2xodr.system import FILES_KEY, ByteSink, record
 
 # ---------------------------------------------------------------- tiles
 
 
-@dataclass(frozen=True)
+@record
 class Tile:
     """A square of a scene, column and row of which count from inertial x and y = 0 to the east and north."""
 
@@ -254,7 +254,7 @@ MANIFEST: Final = "scene.json"
 _LIBRARY: Final = "scene.mtl"
 
 
-@dataclass(frozen=True)
+@record
 class SceneFormat:
     """How a scene is written."""
 

@@ -7,7 +7,7 @@ portals and at shores of level water, walls stand between triangles.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -44,6 +44,7 @@ from osm2xodr.exporting.scene.model import (
 from osm2xodr.exporting.scene.slopes import Limits, continued, interpolated, node_heights, with_strips
 from osm2xodr.exporting.scene.water import WaterShapes, levelled
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Levels of detail; each one's squares away from roads are twice as long as the finer one's. A choice.
 _DETAILS: Final = 3
@@ -63,7 +64,7 @@ _SAME: Final = 1e-6
 _PER_SPOKE: Final = 3
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Band:
     """Triangles of places: those of the roads, then corners of squares, then more."""
 
@@ -223,7 +224,7 @@ _AROUND: Final = np.array([[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]])
 _HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Ground:
     """The ground around roads."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -17,6 +16,7 @@ import shapely
 from osm2xodr.exporting.scene.model import Part, RoadSurface
 from osm2xodr.furniture_shapes import LEVEL_APART
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Heights at one place that differ by less are one, m: half of the lowest kerb (`KERB_HEIGHT`).
 ONE_HEIGHT: Final = 0.015
@@ -133,7 +133,7 @@ def first_of(label: IntArray, *by: Any) -> IntArray:
     return out
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Soup:
     """Triangles of which each has corners of its own, at places that they share."""
 

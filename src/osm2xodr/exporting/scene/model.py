@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum
 from types import MappingProxyType
 from typing import Final
@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray, freeze_arrays
+from osm2xodr.system import record
 
 # Length of the smallest squares of ground, m: half a carriageway, so that slopes beside roads have a shape.
 GROUND_CELL: Final = 5.0
@@ -37,7 +38,7 @@ class Level(IntEnum):
     TUNNEL = 2
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Part:
     """Triangles of one name and one material.
 
@@ -62,7 +63,7 @@ class Part:
         return replace(self, vertices=self.vertices[used], uv=self.uv[used], faces=faces.reshape(-1, 3), detail=None)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class RoadSurface:
     """The surface of all roads, without overlap: every place of one level is covered once.
 
@@ -81,7 +82,7 @@ class RoadSurface:
         freeze_arrays(self)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Rim:
     """The edges at which the road surface on the ground ends: its lane borders, and the feet of bridges and tunnels.
 
@@ -100,7 +101,7 @@ class Rim:
 # ---------------------------------------------------------------- materials
 
 
-@dataclass(frozen=True)
+@record
 class Material:
     """How a surface looks: base colour, sRGB as #rrggbb, and the other factors of glTF's metallic-roughness model."""
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -37,6 +36,7 @@ from osm2xodr.exporting.scene.model import GRID, Level, Rim, RoadSurface
 from osm2xodr.furniture_shapes import LEVEL_APART, rank_of
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, lane_ribbons, sample_roads
+from osm2xodr.system import record
 
 # ---------------------------------------------------------------- lanes as they are
 
@@ -44,7 +44,7 @@ from osm2xodr.opendrive import ABSENT, OpenDrive, lane_ribbons, sample_roads
 _FARTHEST = 1e7
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class LaneFaces:
     """Faces of lanes between two stations, and the intervals of roads that they make up.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,13 +21,14 @@ from osm2xodr.exporting.scene.things import mark_parts, object_parts, signal_par
 from osm2xodr.exporting.scene.water import WaterShapes, water_shapes
 from osm2xodr.model import FloatArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive, refuse_crowds
+from osm2xodr.system import record
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
 LAYERS: Final = ("roads", "marks", "objects", "signals", "structures", "ground", "buildings")
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Scene:
     """Everything there is to see."""
 

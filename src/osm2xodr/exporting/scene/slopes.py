@@ -8,7 +8,6 @@ from one to the other. Gaps of the elevation model are interpolated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,6 +18,7 @@ from osm2xodr.curves import PointTree, solve_sparse
 from osm2xodr.exporting.scene.cells import GROUND_BLOCK, Cells, corners_of
 from osm2xodr.exporting.scene.model import APRON, GROUND_CELL, LARGEST_GAP
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Rise of cuts and fills per metre against the ground that was there: 1:2, for most soils stable; RAS-Q has 1:1.5.
 _SLOPE: Final = 0.5
@@ -32,7 +32,7 @@ _NONE: Final = -1
 _NEIGHBOURS: Final = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Limits:
     """Points that bound the height of the ground around them."""
 

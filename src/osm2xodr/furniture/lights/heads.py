@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby, pairwise
 from typing import Final
 
@@ -27,6 +27,7 @@ from osm2xodr.furniture.world import (
     lane_ranges,
 )
 from osm2xodr.model import VEHICLE_LANES, LaneType, Rule, Signal, SignalReference
+from osm2xodr.system import record
 
 _FOR_CARS: Final = "1000001"
 FOR_PEOPLE: Final = "1000002"
@@ -45,7 +46,7 @@ _FROM_END: Final = 0.5
 _HALF_GAP: Final = 1.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Head:
     """A head for cars at a junction."""
 
@@ -189,7 +190,7 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> list[Signal]:
     return out
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Candidate:
     """A node with lights on a road."""
 
@@ -200,7 +201,7 @@ class Candidate:
     crossing: bool  # Whether people cross there
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RoadLight:
     """Lights on a road that are switched together."""
 

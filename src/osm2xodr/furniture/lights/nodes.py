@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -24,12 +24,13 @@ from osm2xodr.furniture.world import (
     points_beside,
 )
 from osm2xodr.model import Light, NodeControl, RoadsideKind, Sign
+from osm2xodr.system import record
 
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
 _LIGHT_CROSSING_REACH: Final = 8.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sites:
     """Where lights are."""
 
@@ -41,7 +42,7 @@ class Sites:
     on_roads: tuple[RoadLight, ...]  # Lights apart from junctions
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Place:
     """A place of a node with lights."""
 

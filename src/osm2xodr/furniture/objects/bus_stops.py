@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, hypot, inf, sin
 from typing import Final
 
@@ -14,6 +14,7 @@ from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Arm, NodePlace, RoadsideFinder, World, outline
 from osm2xodr.model import BusStop, Direction, RoadObject, RoadsideKind, Rule
+from osm2xodr.system import record
 
 # How far from a carriageway a stop still is that of its buses, m; a choice.
 _REACH: Final = 15.0
@@ -31,7 +32,7 @@ _BAY_LENGTH: Final = 20.0
 _BAY_TAPER: Final = 12.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Stop:
     """A bus stop on its road."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, hypot, pi, sin
 from typing import Final
 
@@ -19,6 +19,7 @@ from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.junction_crossings import Course, JunctionPaths, Span, across_of
 from osm2xodr.furniture.world import Crossing, NodePlace, RailStop, World, car_lanes, with_room_for_line
 from osm2xodr.model import MappedCrossing, RoadObject, Rule
+from osm2xodr.system import record
 
 # Crossings end at least this far before a road that leads nowhere, m; a choice.
 _FROM_END: Final = 0.05
@@ -41,7 +42,7 @@ _RAIL_BARRIER: Final = (("barrier", "", "level crossing barrier"), 1.1, 0.2)
 _BEHIND_SIGN: Final = 0.8
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Way:
     """A road on whose course a crossing lies."""
 
@@ -54,7 +55,7 @@ class _Way:
         return max(-self.s, self.s - world.lanes.length(self.road), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Placed:
     """A crossing on its road."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Final
@@ -24,6 +23,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.furniture.world import World
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneType
+from osm2xodr.system import record
 
 # People cross the lanes of cars and bicycles.
 _TRAFFIC: Final = VEHICLE_LANES | {LaneType.BIKING}
@@ -60,7 +60,7 @@ _WIDEST: Final = 28.0
 _ON_LINE: Final = 3.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Course:
     """The line on which people cross a junction's traffic."""
 
@@ -71,7 +71,7 @@ class Course:
     across: float  # Heading in which people cross, rad
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Span:
     """A crossing on a connecting road."""
 
@@ -84,7 +84,7 @@ class Span:
     to_kerbs: bool  # Whether the pavement ends at both ends, or another crossing goes on there
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Samples(Table):
     """Points along the connecting roads and arms of a junction, (n,), road by road."""
 

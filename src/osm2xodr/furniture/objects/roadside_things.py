@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -27,6 +27,7 @@ from osm2xodr.model import (
     RoadsideKind,
     RoadsideThing,
 )
+from osm2xodr.system import record
 
 # OpenDRIVE's type and subtype, and a name.
 _WORDS: Final = {
@@ -208,7 +209,7 @@ def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadOb
     return [object_along(world, strip, words, size, osm_id, side * gauge) for side in (0.5, -0.5)]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Strip:
     """Part of a line that runs along a road."""
 
@@ -220,7 +221,7 @@ class Strip:
     t_end: float  # At its end, m
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Run:
     """Consecutive points of a line that run along one road, in ascending s."""
 

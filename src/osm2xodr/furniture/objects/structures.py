@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Final, TypeAlias
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.world import World, pieces_on_road
 from osm2xodr.model import Road, RoadLink, RoadStructure, StructureTags
+from osm2xodr.system import record
 
 # Material of bridges where OSM gives none: that of most road bridges of the last 70 years.
 _BRIDGE_MATERIAL: Final = "concrete"
@@ -24,7 +24,7 @@ _LIT_LENGTH: Final = 80.0
 _END_TOLERANCE: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Part:
     """Part of a road on a bridge or in a tunnel."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.mapped_signs import mapped_posts
@@ -12,9 +11,10 @@ from osm2xodr.furniture.signs.speed_signs import posts_of_ways
 from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns, priority_posts
 from osm2xodr.furniture.world import Approach, Crossing, RailStop, Stop, World
 from osm2xodr.model import Signal, SignFace
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PlacedSigns:
     """Signs, and where they make traffic stop."""
 

@@ -7,7 +7,7 @@ several levels are about as near, the sign is left out, but for tunnels below it
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -29,6 +29,7 @@ from osm2xodr.model import (
     StreetAttributes,
     Structure,
 )
+from osm2xodr.system import record
 
 # How far beside its road a sign may be mapped, m; a choice: MUTCD 2A.19 has overhead ones 12 ft and more beside.
 _REACH: Final = 15.0
@@ -55,7 +56,7 @@ _TOWN_REACH: Final = 300.0
 _FACING_COSINE: Final = 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Spot:
     """A place of a sign on a road."""
 
@@ -66,7 +67,7 @@ class Spot:
     limits: LimitsAround
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Candidate:
     """A road that a sign beside it may be for."""
 
@@ -197,7 +198,7 @@ def faced_along(heading: float, hdg: float) -> bool | None:
     return None if abs(cos) < _FACING_COSINE else cos > 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LimitsAround:
     """What holds on either side of a place in a street."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 from typing import Final
 
@@ -12,6 +12,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import World, car_lanes, free_of_other_roads, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal, SignFace
+from osm2xodr.system import record
 
 # Signs for one direction that are nearer to each other share a post, m; a choice.
 _SHARED_POST: Final = 4.0
@@ -47,7 +48,7 @@ _STANDING: Final = frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Post:
     """Signs at one place for one direction."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
 
@@ -18,6 +17,7 @@ from osm2xodr.furniture.signs.directions import UNITS_PER_MPS, same_limit
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.world import Approach, World, car_lanes
 from osm2xodr.model import SignFace, StreetAttributes
+from osm2xodr.system import record
 
 # Distance of signs from the junction behind which they stand, m; a choice, about a car's length.
 _BEHIND_JUNCTION: Final = 5.0
@@ -34,7 +34,7 @@ _LIMITS: Final = frozenset({"maxspeed", "maxspeed_zone", "living_street", "restr
 _Pieces: TypeAlias = list[tuple[float, StreetAttributes]]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Change:
     """A place where other attributes begin to hold for traffic of a direction."""
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -30,6 +29,7 @@ from osm2xodr.furniture.world import (
     crossings_on_course,
 )
 from osm2xodr.model import Intersection, NodeControl, Sign, Signal, SignFace
+from osm2xodr.system import record
 
 KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
 
@@ -37,7 +37,7 @@ KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
 _GOES_FIRST: Final = {"priority_next": True, "priority_road": True, "give_way": False}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class YieldSign:
     """A stop or give-way sign for one direction of a road."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Final
 
@@ -15,6 +14,7 @@ from osm2xodr.curves import heading_change
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
 from osm2xodr.model import VEHICLE_LANES, LaneType, RailCrossing
+from osm2xodr.system import record
 
 # How far before the middle of the first track signs stand, m: MUTCD 2009, 8B.03, wants crossbucks 12 ft from the
 # nearest rail, and the rail is half of the gauge from the middle.
@@ -175,7 +175,7 @@ def lane_at_other_end(world: World, road: int, lane: int, *, along: bool) -> int
     return found
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RailStop:
     """What stands before the tracks for one direction of a road."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import takewhile
 from typing import Final
@@ -39,6 +38,7 @@ from osm2xodr.model import (
     StreetNetwork,
     StreetPlaces,
 )
+from osm2xodr.system import record
 
 # Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
@@ -47,7 +47,7 @@ OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType
 _END_TOLERANCE: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneAt:
     """A lane at one place."""
 
@@ -62,7 +62,7 @@ class LaneAt:
         return 0.5 * (self.left + self.right)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Sides:
     """The lanes left and right of the centre, outwards, and those of them that are part of the carriageway."""
 
@@ -228,7 +228,7 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
     return max(holding.at(ds - holding.s), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodePlace:
     """One place of a node on a street."""
 
@@ -243,7 +243,7 @@ class NodePlace:
     junction: int  # Id of the junction that it lies in, -1 for none
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arm:
     """A road's end at a junction."""
 

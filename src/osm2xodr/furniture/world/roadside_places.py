@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -25,6 +24,7 @@ from osm2xodr.curves import (
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import World, pieces_on_road, points_beside, way_at
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+from osm2xodr.system import record
 
 # Samples of curves that are looked at for each point: enough for the next road at a junction of four arms.
 _NEIGHBOURS: Final = 12
@@ -46,7 +46,7 @@ _POST_REACH: Final = 25.0
 _DISTANCE_ROUNDING: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadsidePlaces(Table):
     """Places of points beside roads outside junctions, all (n,); NaN without a road."""
 

@@ -25,6 +25,7 @@ from osm2xodr.model import (
     StreetNetwork,
     StreetPlaces,
 )
+from osm2xodr.system import record
 
 # Shorter remainders of a piece of a street at a road's end are dropped, m.
 _SHORTEST_PIECE: Final = 0.5
@@ -90,7 +91,7 @@ class World:
         return frozenset(node for way in self.network.footways for node in way.node_ids.tolist())
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Crossing:
     """A crossing for people on foot, placed on a road."""
 
@@ -118,7 +119,7 @@ class Crossing:
         return (self.road, self.s) if self.arm is None else self.arm
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Movement:
     """One way through a junction."""
 
@@ -130,7 +131,7 @@ class Movement:
     turn: float  # Change of heading, rad, left positive
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Approach:
     """A road end at which cars come to a junction."""
 
@@ -150,7 +151,7 @@ class Approach:
         return "+" if self.at_end else "-"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Stop:
     """A place where traffic stops or yields, which gets a line across its lanes."""
 

@@ -5,7 +5,7 @@ Stems of splits and merges are set back until cars shift to their branches at sp
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -46,6 +46,7 @@ from osm2xodr.geometry.defaults import (
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # Arms are set back in at most so many rounds: where they are straight, one is enough.
 _ROUNDS: Final = 8
@@ -66,7 +67,7 @@ _LEAST_AT_ONCE: Final = 0.5
 _LEAST_BEND: Final = 0.02
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Turns(Table):
     """Turns from one street end to another, all (n,)."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -42,7 +42,7 @@ from osm2xodr.model import (
     PlanView,
     Rule,
 )
-from osm2xodr.system import map_parallel
+from osm2xodr.system import map_parallel, record
 
 # Connecting roads are drawn in parts of at most so many, from so many on, which are worth a copy of the process.
 _AT_ONCE: Final = 10000
@@ -52,7 +52,7 @@ _SHARED_FROM: Final = 5000
 BESIDE_CARS: Final = frozenset({LaneType.SIDEWALK, LaneType.SHOULDER})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class InnerLane:
     """A lane of a corner, between its sidewalk and the carriageway."""
 
@@ -66,7 +66,7 @@ class InnerLane:
     exit_lane: int | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ConnectingRoads(Table):
     """All connecting roads, grouped by junction."""
 
@@ -143,7 +143,7 @@ class ConnectingRoads(Table):
         return cars[row[once]], cars[other[once]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _LinkColumns:
     """Lane links, as columns, (n,); see `LaneRow` and `ConnectingRoads`."""
 

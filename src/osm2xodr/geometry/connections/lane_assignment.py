@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import STRAIGHT_ON, U_TURN_RADIUS
 from osm2xodr.geometry.lanes import left_turns, right_turns
 from osm2xodr.model import LaneSpec, LaneType
+from osm2xodr.system import record
 
 # The turn that each value of turn:lanes stands for, degrees, by the pictures on the OSM wiki page Key:turn.
 _ANGLE: Final = {
@@ -34,7 +34,7 @@ _TO_A_SIDE: Final = math.radians(10.0)
 _MERGING: Final = math.radians(35.0)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneMovement:
     """A movement between two arms, as lanes see it."""
 
@@ -49,7 +49,7 @@ class LaneMovement:
     stated: tuple[tuple[int, int], ...] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ArmLanes:
     """Lanes of one arm in one direction of travel, left to right; `t` in the drivers' frame (left positive), m."""
 

@@ -6,7 +6,6 @@ Bicycle lanes also lead round corners where their like does not continue straigh
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
 from typing import Final
@@ -29,6 +28,7 @@ from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneSpec, LaneType, Rule
+from osm2xodr.system import record
 
 # A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
@@ -36,7 +36,7 @@ _TURN_BACK: Final = 2.88
 _SAME_POSE: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneRow:
     """One lane link: index of its movement, road ends, lanes; `against` as in `ConnectingRoads`."""
 
@@ -68,7 +68,7 @@ class LaneRow:
         return one if one is other else Access.ALL
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class LaneLinks:
     """The lane links of all junctions."""
 
@@ -142,7 +142,7 @@ def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArr
     return np.where(back, np.copysign(turn, side), turn)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _DriversView:
     """Each movement's road ends, turn, and offset + scale t, where an entry lane at t lies as seen from the exit."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -37,6 +37,7 @@ from osm2xodr.geometry.connections.priorities import Priorities
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneSection, RoadMark, Rule
+from osm2xodr.system import record
 
 # Edges of lanes are looked at every so many metres, but not at their ends.
 _SPACING: Final = 1.0
@@ -161,7 +162,7 @@ def _line_inside(lanes: Sequence[LaneLayout], end: int, lane: int) -> tuple[Road
     return mark, inwards * lane < 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Places(Table):
     """Places along the middles of lanes, row after row."""
 

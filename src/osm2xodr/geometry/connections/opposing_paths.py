@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Final
@@ -34,6 +34,7 @@ from osm2xodr.geometry.connections.carriageways import ROUNDINGS, Carriageways, 
 from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # Curves are compared at this many places.
 _PLACES: Final = 32
@@ -48,7 +49,7 @@ _OPPOSITE: Final = -0.866
 _ROUNDING: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Pairs(Table):
     """Ways there and back between the same two arms, (pairs,): indices of their curves."""
 

@@ -6,7 +6,6 @@ of a bend from arm to arm, or where they swing out. What they cover belongs to t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
@@ -34,7 +33,7 @@ from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.system import map_parallel
+from osm2xodr.system import map_parallel, record
 
 # Ways are looked at at places this far apart, m.
 _SPACING: Final = 1.0
@@ -163,7 +162,7 @@ def _others(
     return row[keep], arm[keep], np.where(level, _FARTHEST, _AT_JUNCTION)[keep]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Arms(Table):
     """Arms seen from their junction, one for each pair with a way, (n,)."""
 

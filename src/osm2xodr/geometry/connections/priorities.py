@@ -9,7 +9,7 @@ record; at signals there is none either. At roundabouts inside a junction who go
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby, permutations
 from typing import Final
 
@@ -23,6 +23,7 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import IntArray, Rule, Sign, StreetAttributes, StreetNetwork
+from osm2xodr.system import record
 
 # Carriageways of one road run side by side if their headings differ by less than this, as a sine (23 degrees).
 _ABREAST: Final = 0.39
@@ -30,7 +31,7 @@ _ABREAST: Final = 0.39
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arm:
     """What decides about the right of way of a street end that enters a junction."""
 
@@ -45,7 +46,7 @@ class Arm:
         return self.sign in (Sign.STOP, Sign.GIVE_WAY)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Priorities:
     """Right of way."""
 

@@ -7,7 +7,7 @@ ramp joins it, a roundabout's ring passes arm after arm), the curve must follow 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -36,6 +36,7 @@ from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
 from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # A connecting road on a smooth street follows it where it would stray farther from it than this, m: on a roundabout's
 # ring, and elsewhere, where cars drive straight on through slight bends of OSM's lines.
@@ -55,7 +56,7 @@ Poses = tuple[FloatArray, FloatArray, FloatArray]
 """x, y, m, and heading, rad, each (n,)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetPaths:
     """OSM's ways through junctions along the curves of streets, one per movement."""
 
@@ -153,7 +154,7 @@ def _inner_sides(
     return right, np.maximum(right, left)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class LanePaths:
     """Where the lanes of connecting roads would run over the streets inside their junctions."""
 

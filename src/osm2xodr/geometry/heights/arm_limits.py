@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -31,6 +30,7 @@ from osm2xodr.geometry.heights.problem import (
 from osm2xodr.geometry.heights.stiffness import rotation_stiffness
 from osm2xodr.geometry.heights.superelevation import longest_warp
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # How much stiffer the limit across arms is where the plane is the surface of their carriageways.
 _CARRIED_STIFFER: Final = 1000.0
@@ -64,7 +64,7 @@ def _moment(density: FloatArray, push: FloatArray | float) -> FloatArray:
     return np.asarray(push * np.sqrt(2.0 * density / defaults.ROAD_FLEXIBILITY))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Ends:
     """Road ends, and which of them are arms of one junction."""
 
@@ -164,7 +164,7 @@ def _driven(connectors: ConnectorProblem) -> BoolArray:
     return np.ones(len(connectors.junction), bool) if connectors.beside is None else ~connectors.beside
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Paths:
     """Carriageways through junctions, and the rows over the unknowns that give their lanes' ends."""
 

@@ -8,7 +8,7 @@ weight, and a road that is less stiff is then found from the rest. Each stage st
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
 from osm2xodr.geometry.heights.sparse import System
 from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Solves of each stage, and the weights between them.
 _STAGE_ROUNDS: Final = 4
@@ -27,7 +28,7 @@ _STAGE_ROUNDS: Final = 4
 _SHORTEST: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Stage:
     """A stiffer network to begin with."""
 

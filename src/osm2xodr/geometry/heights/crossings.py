@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from enum import IntEnum
 from typing import Final
 
@@ -32,6 +32,7 @@ from osm2xodr.geometry.heights.problem import (
     wanted_clearances,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
+from osm2xodr.system import record
 
 # Longest piece of a carriageway along its road, m: about the width of a lane.
 _PIECE: Final = 4.0
@@ -46,7 +47,7 @@ _PLACE_STEP: Final = 12.0
 _BEYOND: Final = 0.01
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Carriageways:
     """Pieces of the carriageways of R roads and, behind them, of C connecting roads.
 
@@ -122,7 +123,7 @@ class Order(IntEnum):
     OPEN = 2  # Nothing: both are bridges or tunnels of one layer
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Crossings:
     """Places where one carriageway passes over another without meeting it.
 
@@ -160,7 +161,7 @@ def lower_side(height: FloatArray, place: IntArray, either: BoolArray) -> BoolAr
     return out
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Pairs:
     """Pieces that lie over each other, sorted by curves and along the upper one."""
 

@@ -8,7 +8,6 @@ road end shares them with it. Heights and grades are therefore continuous by con
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -17,6 +16,7 @@ import scipy.sparse as sp
 from osm2xodr.curves import connected_groups, cosine, find_record, lengths, pose, ranks, sine, unique_inverse
 from osm2xodr.geometry.heights.problem import ProfileProblem, at_junctions, span_at, span_roads
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Weights (n, 4) of an element's degrees of freedom at u, (n,), of elements of length h, (n,), m
 Weights: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
@@ -30,7 +30,7 @@ _LEAST_LENGTH: Final = 1e-6
 _ROUNDING: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Elements:
     """Cubic elements of all roads, in the order of roads and of s."""
 
@@ -56,7 +56,7 @@ class Elements:
         return self.end_knots - np.arange(len(self.knot_start) - 1)[:, None] - [0, 1]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Samples:
     """Places along roads where the ground is read, in the order of elements."""
 
@@ -174,7 +174,7 @@ def rows_matrix(dofs: IntArray, weights: FloatArray, size: int) -> sp.csr_matrix
     return sp.coo_matrix((weights.ravel(), (rows, dofs.ravel())), (len(weights), size)).tocsr()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Unknowns:
     """How the knots' degrees of freedom follow from the unknowns."""
 
@@ -185,7 +185,7 @@ class Unknowns:
     end_node: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Network:
     """The roads as the solve sees them."""
 

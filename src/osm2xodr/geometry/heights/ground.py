@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Final
 
 import numpy as np
@@ -27,6 +27,7 @@ from osm2xodr.geometry.heights.ground_windows import (
     unknown_windows,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface, SurfaceQuality
+from osm2xodr.system import record
 
 # Cell sizes within this share of each other count as equal: the rows of a geographic grid differ by less.
 _SAME_CELL: Final = 0.1
@@ -49,7 +50,7 @@ _FADE_FROM: Final = 0.25
 _FADE_OVER: Final = 1.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class GroundLayer:
     """The ground on cells of one size."""
 
@@ -60,7 +61,7 @@ class GroundLayer:
     windows: WindowEstimates
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Ground:
     """The ground around the roads where cells are coarse."""
 
@@ -69,7 +70,7 @@ class Ground:
     origin: tuple[float, float] | None = None  # Where new lattices begin, local, m; None for the fewest windows
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class GroundReading:
     """The ground at places."""
 

@@ -6,7 +6,7 @@ or under other roads: these and the ramps to them are solved as elsewhere, and a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -23,13 +23,14 @@ from osm2xodr.geometry.heights.records import (
     spread_curves,
 )
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, SurfaceQuality
+from osm2xodr.system import record
 
 # Roads farther than this from all structures do not cross any, m: beyond the longest ways through junctions, whose
 # arms these are.
 _NEAR_STRUCTURE: Final = 200.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LevelGround:
     """Level ground that ramps may leave as they may leave that of an elevation model."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from osm2xodr.geometry.heights.problem import ProfileProblem, class_values, end_
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, ground_grades, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
+from osm2xodr.system import record
 
 # Speed where no limit is known, and the most where there is none, m/s: 50 and 130 km/h.
 _UNKNOWN: Final = 50.0 / 3.6
@@ -83,7 +84,7 @@ def driven_speeds(plan: PlanView, curve: IntArray, s: FloatArray, posted: FloatA
     return np.minimum(posted, np.sqrt(defaults.LATERAL_ACCELERATION / np.maximum(curvature, _STRAIGHT)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Limits:
     """Elastic bounds on linear functions of the unknowns."""
 

@@ -5,7 +5,7 @@ The objective and why it is minimised this way: docs/method/heights.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,7 +16,7 @@ from osm2xodr.geometry.heights.limits import Limits
 from osm2xodr.geometry.heights.observations import Observations
 from osm2xodr.geometry.heights.sparse import System, chosen_rows
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.system import release_memory
+from osm2xodr.system import record, release_memory
 
 # Rounds in which the robust weights are set anew, and those of them that use Cauchy's loss before Geman-McClure's.
 _ROBUST_ROUNDS: Final = 4
@@ -40,7 +40,7 @@ _BISECTIONS: Final = 20
 _SHORTEST_STEP: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Solved:
     """The minimum."""
 
@@ -49,7 +49,7 @@ class Solved:
     factors: FloatArray  # (n,) Robust factors on the observations' weights
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Objective:
     """x·matrix·x / 2 - right·x plus the energy of the limits, in the order of the system."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
@@ -17,6 +16,7 @@ from osm2xodr.geometry.heights.ground import is_coarse
 from osm2xodr.geometry.heights.readings import Reading, noise_length
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+from osm2xodr.system import record
 
 # No observation keeps less of its weight than this: where all of them stand out, they still hold the road.
 FLOOR: Final = 1e-3
@@ -42,7 +42,7 @@ class Kind(IntEnum):
     CUT_BRIDGE = 6  # The ground where the map's edge cuts a bridge
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Observations:
     """Observed values of linear functions of the unknowns; each row says how far it is to be trusted.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -12,13 +12,14 @@ from osm2xodr.curves import chosen_curves, find_record, runs, starts
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView, Rule, Structure
+from osm2xodr.system import record
 
 _Column = TypeVar("_Column", FloatArray, IntArray, BoolArray)
 # Width of a carriageway that is not known, m.
 _UNKNOWN_WIDTH: Final = 6.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Pins:
     """Places at which profiles have a knot, and the heights and grades that roads are held to there."""
 
@@ -30,7 +31,7 @@ class Pins:
     grade: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class KnownHeights:
     """Heights that the user knows of nodes, on roads and in junctions."""
 
@@ -44,7 +45,7 @@ class KnownHeights:
     z: FloatArray  # (n,) m
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ProfileProblem:
     """Roads outside junctions whose heights are wanted.
 
@@ -87,7 +88,7 @@ class ProfileProblem:
     warped: BoolArray | None = None  # (J,) Junctions whose arms may end on its plane also across; likewise
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ProfileSolution:
     """Heights of roads and junctions."""
 
@@ -109,7 +110,7 @@ class ProfileSolution:
     end_superelevation: FloatArray | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class ConnectorProblem:
     """Connecting roads whose heights are wanted."""
 
@@ -140,7 +141,7 @@ class ConnectorProblem:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class LevelsInside:
     """Levels along connecting roads that take the place of ways which change theirs, in order of these and of s."""
 

@@ -6,7 +6,7 @@ them with elastic force. Start reading at `solve_profiles`; the mathematics is i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 
 import numpy as np
@@ -76,7 +76,7 @@ from osm2xodr.geometry.heights.superelevation import (
 )
 from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import BoolArray, FloatArray, Surface
-from osm2xodr.system import release_memory
+from osm2xodr.system import record, release_memory
 
 
 def ground_around(
@@ -197,7 +197,7 @@ def _solve_level(
     return with_ramps(problem, roads, level, _write_records(ramps, solved.outcome), ends)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Solved:
     outcome: Outcome
     known_z: FloatArray  # Heights of the solution where the user knows them, m
@@ -239,7 +239,7 @@ def _roughness_factor(options: ElevationOptions) -> float:
     return options.smoothing**4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Model:
     """The roads, what the ground is there, and what they are like as beams."""
 

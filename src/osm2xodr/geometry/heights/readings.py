@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from osm2xodr.geometry.heights.elements import Samples
 from osm2xodr.geometry.heights.ground import Ground, cell_class, complete_ground, is_coarse, read_ground
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface
+from osm2xodr.system import record
 
 # Distance of the places at which a road's cell size is looked up, m: below the ramp that blends elevation models.
 _LOOK_UP: Final = 50.0
@@ -34,7 +35,7 @@ def noise_length(cell: FloatArray) -> FloatArray:
     return np.maximum(defaults.NOISE_LENGTH_MIN, defaults.NOISE_LENGTH_CELLS * cell)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Spacing:
     """How finely each road is cut, by the finest cells along it."""
 
@@ -59,7 +60,7 @@ def road_spacing(problem: ProfileProblem, surface: Surface) -> Spacing:
     return Spacing(cell, knots, samples)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Reading:
     """The ground at places."""
 

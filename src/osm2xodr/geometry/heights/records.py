@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,6 +11,7 @@ from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.problem import Pins
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Knots closer to a pin than this make way for it, m.
 _KNOT_DISTANCE: Final = 0.1
@@ -20,7 +21,7 @@ _SHORTEST: Final = 1e-12
 _ROOM: Final = 10
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Knots:
     """Values and slopes at the knots of many curves."""
 

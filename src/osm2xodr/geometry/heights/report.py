@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final, TypeVar
 
 import numpy as np
@@ -29,6 +28,7 @@ from osm2xodr.model import (
     applied,
     unused,
 )
+from osm2xodr.system import record
 
 # So many places are tabulated that are farthest from the ground.
 _WORST: Final = 10
@@ -50,7 +50,7 @@ _SHORTEST: Final = 1e-9
 _Number = TypeVar("_Number", float, FloatArray)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Outcome:
     """A solution, as its reports need it."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -25,6 +24,7 @@ from osm2xodr.geometry.heights.elements import (
 from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans, end_spans, fast_spans
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+from osm2xodr.system import record
 
 # Distance between the three heights whose second difference shows the ground's curvature, m: several cells of fine
 # models, and less than a hill.
@@ -143,7 +143,7 @@ def _log_curvature(network: Network, reading: Reading) -> FloatArray:
     return out
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Beams:
     """Elements as beams on an elastic foundation, which the observed heights are."""
 
@@ -161,7 +161,7 @@ def deflection_stiffness(density: FloatArray, q: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.sqrt(2.0) * np.sqrt(np.sqrt(density * density * density / np.asarray(q))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Chains:
     """Bridges and tunnels, each as one chain of elements over all roads that it consists of."""
 

@@ -5,7 +5,7 @@ They go round roads that bulge out of them, too, as loops of turns back do.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -23,6 +23,7 @@ from osm2xodr.geometry.junction_boundaries.edges import (
     near_segments,
 )
 from osm2xodr.model import BoolArray, BoundaryEdge, BoundaryJoint, FloatArray, IntArray, RoadMap
+from osm2xodr.system import record
 
 # Decimals of the places where edges meet, m.
 _DECIMALS: Final = 3
@@ -144,7 +145,7 @@ def _times_around(place: FloatArray, a: FloatArray, b: FloatArray, owner: IntArr
     return np.bincount(owner[hit], minlength=count)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Ways:
     """Ways round corners that are looked for, and the edges that they may follow."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -24,12 +23,13 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.junction_boundaries import defaults
 from osm2xodr.geometry.junction_boundaries.edges import Edges, crossings, edge_lines, near_segments, products
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Lane, RoadMap
+from osm2xodr.system import record
 
 # Narrower lanes are none, m.
 _NO_WIDTH: Final = 0.01
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Arms:
     """Arms of junctions, and the ends of connecting roads there.
 
@@ -163,7 +163,7 @@ def _borders(lanes: tuple[Lane, ...], ds: float, offset: float) -> list[tuple[in
     return out
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Pieces:
     """Pieces of edges, in the order of arms and counter-clockwise behind each of them, (n,)."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
@@ -23,12 +22,13 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.junction_boundaries import defaults
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, RoadMap
+from osm2xodr.system import record
 
 # Lines are compared in parts of so many segments, whose bounding boxes overlap.
 _SEGMENTS: Final = 6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Lines:
     """Lines along roads, in the direction in which their junction lies left of them."""
 
@@ -41,7 +41,7 @@ class Lines:
         return np.asarray(self.s[k] + share * (self.s[k + 1] - self.s[k]))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Parts:
     """Parts of lines."""
 
@@ -108,7 +108,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Edges:
     """The edges of connecting roads, right and left of all of their lanes."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,13 +11,14 @@ from osm2xodr.curves import Table, advance, cosine_sine, end_curvature, find_rec
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.roadside import inner_width
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
+from osm2xodr.system import record
 
 # Cross sections are closer where the outer edges of lanes are more than so many times as far apart as they are on the
 # reference line, as sidewalks round a bend are: cells between them would be missed. A choice of speed.
 _MOST_APART: Final = 1.7
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class LaneEdges:
     """The edges of all lanes of connecting roads together at their starts and ends: t, (roads,), m."""
 
@@ -75,7 +76,7 @@ class LaneEdges:
         return left, right
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class CrossSections(Table):
     """Cross sections at equal intervals along connecting roads, road after road."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from osm2xodr.geometry.junction_floor import defaults
 from osm2xodr.geometry.junction_floor.cross_sections import LaneEdges
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Rule
+from osm2xodr.system import record
 
 # Distance of places on end faces, as a share of a cell's size: none is missed.
 _PLACES_PER_CELL: Final = 0.5
@@ -27,7 +28,7 @@ _TAPER: Final = 3.0
 _NEAR: Final = 1.2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Faces:
     """Places on end faces and on the outer edges of the pavement before them, (n,)."""
 

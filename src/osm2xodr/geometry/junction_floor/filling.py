@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -27,6 +27,7 @@ from osm2xodr.geometry.junction_floor.gaps import (
 from osm2xodr.geometry.junction_floor.islands import Hole, find_holes
 from osm2xodr.geometry.junction_floor.loops import Loops, fill_loops
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
+from osm2xodr.system import record
 
 # Decimals of the places and widths of records, m.
 _DECIMALS: Final = 3
@@ -119,7 +120,7 @@ def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float)
     return keep
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Floor:
     """Strips of pavement beside the lanes of connecting roads, by index of the road: their widths along it."""
 
@@ -307,7 +308,7 @@ def _close(rays: Rays, end: IntArray, grids: Grids) -> None:
     grids.gap[cells] = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Strips(Table):
     """Widths of strips at cross sections."""
 

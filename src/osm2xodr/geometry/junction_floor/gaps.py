@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
@@ -26,6 +26,7 @@ from osm2xodr.geometry.junction_floor.cells import draw_across
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.junction_floor.faces import Faces
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
@@ -54,7 +55,7 @@ _LEAST_SINE: Final = 0.3
 _ROUNDS: Final = 2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Runs:
     """Runs of cells in rows of grids, (n,)."""
 
@@ -65,7 +66,7 @@ class Runs:
     last: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Grids:
     """A grid of cells for each of J junctions, one behind the other, and cross sections in them."""
 
@@ -241,7 +242,7 @@ def _draw(grids: Grids, sections: CrossSections, faces: Faces) -> None:
     grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Rays(Table):
     """Rays across gaps, in the order of edges and along each of them."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -40,6 +39,7 @@ from osm2xodr.model import (
     RoadsideKind,
     RoadsideThing,
 )
+from osm2xodr.system import record
 
 # Directions in which streets are looked for around an island.
 _RAYS: Final = 24
@@ -56,7 +56,7 @@ _REACH: Final = 20.0
 _ABREAST: Final = 0.01
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Hole:
     """A place that the lanes of a junction enclose and none covers."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections
 from osm2xodr.geometry.junction_floor.gaps import bend_beside
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Strips end this far before the middle of a loop, m: cross sections meet there.
 _MIDDLE: Final = 0.05
@@ -23,7 +23,7 @@ _BEYOND: Final = 0.05
 _LEAST_SINE: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Loops:
     """Loops for cars at dead ends, of several round one middle the innermost, (n,)."""
 

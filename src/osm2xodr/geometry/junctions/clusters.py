@@ -25,6 +25,7 @@ from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.junctions.short_streets import between_carriageways, restricted, streets_without_room
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork, applied, unused
+from osm2xodr.system import record
 
 # How far along its arms a junction may reach where a street turns on the spot, m: there they lie on each other. A
 # choice.
@@ -45,7 +46,7 @@ _RAMP: Final = 4.0
 _LEAST_ROAD_SHARE: Final = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class JunctionLayout:
     """Junctions, and what they take of the streets between them."""
 

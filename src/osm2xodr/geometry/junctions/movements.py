@@ -16,6 +16,7 @@ from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, Direction, LaneType, Street, StreetNetwork, TurnRestriction
+from osm2xodr.system import record
 
 # A way through a junction over more inner streets than this is a detour. A choice.
 _MOST_INNER_STREETS: Final = 8
@@ -28,7 +29,7 @@ _Path = tuple[tuple[int, bool], ...]
 _KINDS: Final = (frozenset({LaneType.BUS, LaneType.TAXI}), frozenset({LaneType.BIKING}))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Loop:
     """A loop at the end of a street, where cars turn round."""
 
@@ -36,7 +37,7 @@ class Loop:
     ease: float  # Radius of the curves between the outermost lane and the loop, m
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Movement:
     """One way through a junction."""
 

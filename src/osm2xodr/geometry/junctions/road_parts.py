@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -28,6 +28,7 @@ from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, car_directions, stretches, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork, StreetPlaces
+from osm2xodr.system import record
 
 # Dead ends at one node lie on each other but where they go on beyond one another within the angle of this cosine (20
 # degrees). A choice.
@@ -36,7 +37,7 @@ _STRAIGHT_ON: Final = 0.94
 _CLOSED: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RoadParts:
     """The roads outside junctions. Road end number 2 k is the start of road k, 2 k + 1 its end."""
 

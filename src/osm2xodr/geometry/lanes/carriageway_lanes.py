@@ -12,6 +12,7 @@ from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.geometry.lanes.tapers import TaperZone
 from osm2xodr.model import Cubic, Direction, LaneSpec
+from osm2xodr.system import record
 
 # Values that differ by less are the same: widths, offsets and places along the road, m.
 SAME_VALUE: Final = 1e-9
@@ -44,7 +45,7 @@ class RoadLane:
         self.widths = list(without_repeats([*self.widths, *step, Cubic(end, width)]))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Carriageway:
     """All lanes along a road."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CrossSection:
     """All lanes of a street at one place."""
 
@@ -25,7 +24,7 @@ Piece = tuple[float, StreetAttributes, CrossSection]
 """(s on a street's curve from which it holds, attributes, cross-section)."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EndLane:
     """One lane of a cross-section, usually where its street ends."""
 

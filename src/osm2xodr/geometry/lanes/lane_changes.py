@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
@@ -13,6 +12,7 @@ from osm2xodr.geometry.lanes.cross_sections import CrossSection, lanes_of
 from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.model import Direction, LaneSpec, Rule
+from osm2xodr.system import record
 
 # So many changes are remembered: the same few occur all over a network, and several times while its roads are cut.
 _REMEMBERED: Final = 4096
@@ -20,7 +20,7 @@ _REMEMBERED: Final = 4096
 _NO_SHIFT: Final = 0.01
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneChange:
     """What changes where one stretch ends and the next begins."""
 

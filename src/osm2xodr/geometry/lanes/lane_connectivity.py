@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from osm2xodr.model import Direction, LaneConnectivity, LaneSpec, LaneType
+from osm2xodr.system import record
 
 COUNTED_LANES = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 """The types of lanes that relations count."""
@@ -18,7 +19,7 @@ LanePair = tuple[int, int]
 """(entry lane, exit lane), from 0 at the left as their drivers see them."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StatedLanes:
     """What relations say about one way through a junction or along a road."""
 

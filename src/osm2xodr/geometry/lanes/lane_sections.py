@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Final
@@ -29,12 +29,13 @@ from osm2xodr.model import (
     Rule,
     StreetAttributes,
 )
+from osm2xodr.system import record
 
 # Speed above which a road without a better sign is taken for a rural one, m/s (60 km/h: beyond urban limits).
 _RURAL_SPEED: Final = 60.0 / 3.6
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneLayout:
     """Everything that a road says about its lanes."""
 
@@ -152,7 +153,7 @@ def _ids(left: Sequence[RoadLane], right: Sequence[RoadLane]) -> dict[int, int]:
     return ids | {id(lane): -number for number, lane in enumerate(right, start=1)}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Run:
     """A lane section to be."""
 

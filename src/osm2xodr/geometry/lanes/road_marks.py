@@ -9,7 +9,6 @@ rightwards (ASAM OpenDRIVE 1.8, road markings).
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -28,6 +27,7 @@ from osm2xodr.model import (
     Rule,
     StreetAttributes,
 )
+from osm2xodr.system import record
 
 NO_MARK: Final = RoadMark("none", width=0.0)
 _UNMARKED: Final = RoadMark("none", width=0.0, lane_change="both")
@@ -61,7 +61,7 @@ _NO_DIVIDER: Final = frozenset({"no", "none"})
 _KERBSIDE: Final = frozenset({LaneType.SIDEWALK, LaneType.PARKING, LaneType.RESTRICTED, LaneType.BORDER})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Border:
     """The border of two lanes, seen along the road: who may cross it, and how it is painted."""
 

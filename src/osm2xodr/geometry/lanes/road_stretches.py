@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -14,9 +14,10 @@ from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_f
 from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Stretch:
     """Part of a road on which the cross-section stays the same."""
 

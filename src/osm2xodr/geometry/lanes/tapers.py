@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,9 +14,10 @@ from osm2xodr.geometry.lanes.lane_changes import LaneChange, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between
 from osm2xodr.model import PlanView, Rule
+from osm2xodr.system import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TaperZone:
     """Part of a road in which its lanes change from one stretch to the next, s, m."""
 

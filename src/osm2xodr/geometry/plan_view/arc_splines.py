@@ -8,7 +8,7 @@ after Moreton and Séquin 1992, doi:10.1145/142920.134035): a circle where a cir
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from osm2xodr.curves import advance, arc_step, arctan2, cosine, hypot, running_l
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # Arcs of a spline: enough for an oval, few enough to solve quickly. Choices.
 _FEWEST_ARCS: Final = 20
@@ -38,7 +39,7 @@ _CONVERGED_GAP: Final = 1e-3
 _CLOSED_GAP: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Spline:
     """A row of arcs, and where the points lie on it."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -33,6 +32,7 @@ from osm2xodr.geometry.defaults import (
 from osm2xodr.geometry.lanes import CrossSection, Piece
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, PlanView, StreetNetwork, Structure
+from osm2xodr.system import record
 
 # A place is clear of bends where none is tight within the last of these distances, m: a few steps of a reader.
 _PROBES: Final = np.arange(0.0, 3.01, 0.25)
@@ -46,7 +46,7 @@ _SHIFTS: Final = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for s
 _ROUNDS: Final = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetEnds:
     """All ends of all streets."""
 

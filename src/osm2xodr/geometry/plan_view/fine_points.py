@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -30,6 +29,7 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.banded import add_squares, average, grade, solve_banded
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # A curve has this many intervals at least: differences of the fourth order need them.
 _FEWEST_INTERVALS: Final = 6
@@ -59,7 +59,7 @@ GENTLE: Final = 25.0
 _SETTLE: Final = 0.3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class FinePoints(RaggedTable):
     """Points along curves, from end to end, curve after curve."""
 

@@ -6,7 +6,7 @@ First it is found where there is too little room, and what each of them should g
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -51,6 +51,7 @@ from osm2xodr.model import (
     StreetAttributes,
     StreetNetwork,
 )
+from osm2xodr.system import record
 
 # Streets move aside by this or more, m; a choice.
 _LEAST_ASIDE: Final = 0.15
@@ -155,7 +156,7 @@ def _width(lane: LaneSpec, share: float) -> float:
     return max(width, min(lane.width, defaults.NARROWEST_LANE)) if lane.type in VEHICLE_LANES else width
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class TightPlaces(Table):
     """Places along streets at which a parallel street leaves too little room, by piece, then s."""
 
@@ -166,7 +167,7 @@ class TightPlaces(Table):
     share: FloatArray  # (n,) Of the width of its lanes that fits where nothing moves
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Places(Table):
     """Places along streets."""
 
@@ -183,7 +184,7 @@ class _Places(Table):
         return cls(street, s, *pose(plan, street, s))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class PlacesAbreast(Table):
     """Places along streets that lie beside a place of another street, (n,), whatever the widths of both."""
 
@@ -259,7 +260,7 @@ def tight_places(abreast: PlacesAbreast, fitted: FittedStreets) -> TightPlaces:
     return TightPlaces(abreast.street[chosen], one, abreast.s[chosen], aside, share)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Sides:
     """What streets beside a piece of a street want to know of it."""
 
@@ -342,7 +343,7 @@ def _abreast(nodes: _StreetNodes, a: _Places, b: _Places, slack: float) -> Place
     return PlacesAbreast(a.street, a.s, b.street, b.s, left[rows], cosine(a.hdg - b.hdg) > 0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _StreetNodes:
     """The nodes at which streets end."""
 

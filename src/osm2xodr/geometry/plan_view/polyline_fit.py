@@ -7,7 +7,6 @@ the segments on the outside.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,6 +22,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+from osm2xodr.system import record
 
 # Nodes closer than this give no direction of their own, m: it would be that of their errors.
 _SHORTEST_SEGMENT: Final = 0.5
@@ -51,7 +51,7 @@ _FILLET_ROUNDS: Final = 4
 _SHARE_ROUNDS: Final = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class FittedPolylines:
     """Curves through many polylines."""
 

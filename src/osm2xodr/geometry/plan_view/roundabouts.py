@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from itertools import pairwise
 from typing import Final
 
@@ -34,6 +34,7 @@ from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
 from osm2xodr.geometry.plan_view.smooth_curves import spirals_through
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
+from osm2xodr.system import record
 
 # How far a circle may lie off the line between two nodes of a ring, m (one of 12 m drawn with four nodes is 3.5 m
 # off), and from which distance on that line is a straight side of a ring that is not a circle. Choices.
@@ -52,7 +53,7 @@ _LAPS: Final = 3
 _SLIVER: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class FittedRings:
     """Curves of the streets of rings."""
 
@@ -63,7 +64,7 @@ class FittedRings:
     moved: Mapping[int, FloatArray]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Chain:
     """Streets that follow each other."""
 

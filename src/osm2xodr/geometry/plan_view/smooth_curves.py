@@ -7,7 +7,6 @@ through the points between them have one curvature where they meet.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -40,7 +39,7 @@ from osm2xodr.geometry.plan_view.fine_points import (
     smoothest_offsets,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
-from osm2xodr.system import map_parallel
+from osm2xodr.system import map_parallel, record
 
 # An intersection within a curve counts like so many other points. A choice.
 _NODE: Final = 3.0
@@ -76,7 +75,7 @@ OnCurves = tuple[IntArray, FloatArray]
 NOWHERE: Final[OnCurves] = (np.zeros(0, np.int64), np.zeros(0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class SmoothCurves:
     """What curves of lines and arcs became."""
 
@@ -243,7 +242,7 @@ def spirals_through(x: FloatArray, y: FloatArray, hdg: FloatArray, first: IntArr
     return _plain(plan, every.chord, every.towards, spirals.turn), spirals.step
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Spirals:
     """Spirals between knots."""
 
@@ -254,7 +253,7 @@ class _Spirals:
     step: FloatArray  # (knots,) Of curvature, 0 at ends of curves, 1/m
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Knots:
     """Places that spirals lead through, and their headings."""
 

@@ -7,7 +7,7 @@ Streets that go on straight through intersections become smooth as one curve.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -38,6 +38,7 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.plan_view.smooth_curves import NOWHERE, OnCurves, SmoothCurves, smooth_curves
 from osm2xodr.geometry.plan_view.streets import FittedStreets
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.system import record
 
 # Shorter curves stay lines and arcs, m. A choice.
 _SHORTEST_CURVE: Final = 8.0
@@ -63,7 +64,7 @@ _OTHER_ROAD: Final = 0.2
 _ALIKE: Final = 0.02
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Parts(Table):
     """Parts of curves, curve after curve from start to end."""
 
@@ -245,7 +246,7 @@ def _cut_into_streets(
     return replace(fitted, plan_view=plan, pieces=tuple(pieces))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetChains:
     """Rows of streets that go on in each other."""
 

@@ -9,7 +9,6 @@ replace, that is replaced for which the line moves least and turns back and fort
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -47,6 +46,7 @@ from osm2xodr.model import (
     StreetAttributes,
     StreetNetwork,
 )
+from osm2xodr.system import record
 
 # Attributes, each with the index of the point from which on they hold.
 _AttributesFrom = tuple[tuple[int, StreetAttributes], ...]
@@ -73,7 +73,7 @@ _LOPSIDED: Final = 1e-3
 _Pieces = tuple[tuple[Piece, ...], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class FittedStreets:
     """The streets' curves."""
 
@@ -167,7 +167,7 @@ def outer_lanes(fitted: FittedStreets, rule: Rule, street: int, along: bool) -> 
     return sign * lanes[-1].t, sign * lanes[0].t
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Bends:
     """Parts of curves that are too tight, (n,): curve, s where they begin and end, and the radius they need, m."""
 

@@ -6,7 +6,6 @@ Cycle tracks without a sidewalk beside them, and shoulders without either, count
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import product, takewhile
 
@@ -20,11 +19,12 @@ from osm2xodr.geometry.roadside.corner_lanes import strips_at_end
 from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, Rule
+from osm2xodr.system import record
 
 Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Walks(Table):
     """Sidewalks at road ends, as columns: see `Sidewalk`."""
 
@@ -41,7 +41,7 @@ class Walks(Table):
         return cls(tuple(walks), np.array([walk.lane for walk in walks], np.int64), t, width, height)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Corners(Table):
     """Neighbouring arms whose sidewalks face each other, in the direction of the roads that connect them, (n,).
 

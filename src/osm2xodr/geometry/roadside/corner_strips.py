@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
+from osm2xodr.system import record
 
 # Strips that continue beside the sidewalk where both arms have them.
 _CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
@@ -22,7 +23,7 @@ _PAVED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED, LaneType.SHOUL
 _EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sidewalk:
     """A sidewalk, or a cycle track or shoulder without one beside it, at a road end."""
 

@@ -8,7 +8,6 @@ lies, so that nothing is left open between them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,6 +18,7 @@ from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.strips import Wedge
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Least width of a sidewalk where it ends in a wedge, m: about a kerbstone's. A choice.
 _LEAST_WIDTH: Final = 0.1
@@ -101,7 +101,7 @@ def _rounded(width: FloatArray) -> FloatArray:
     return np.asarray(np.floor(100.0 * np.maximum(width, _LEAST_WIDTH)) / 100.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Kerbs:
     """Kerbs beside the last metres of roads before junctions, (n,)."""
 

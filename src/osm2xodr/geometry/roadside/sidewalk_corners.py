@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -40,6 +40,7 @@ from osm2xodr.geometry.roadside.corner_strips import between, with_inner_lanes
 from osm2xodr.geometry.roadside.corner_swings import swung_out
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.system import record
 
 # Greatest slope of a sidewalk against the direction of the curve that it runs beside. A choice.
 _STEEPEST: Final = 0.5
@@ -127,7 +128,7 @@ def _swung_out(
     return rows.joined(tried).chosen(every), own, good
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Beside(Table):
     """How sidewalks run beside connecting roads for cars, (n,)."""
 

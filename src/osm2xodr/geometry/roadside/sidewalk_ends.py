@@ -7,7 +7,7 @@ kerbs, so that both end at the nose. Where it has none, they become narrower unt
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -35,6 +35,7 @@ from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.corner_wedges import simple
 from osm2xodr.geometry.roadside.strips import Margins, Wedge, with_wedge
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, LaneType, Rule
+from osm2xodr.system import record
 
 # Over so many metres strips end that nothing continues. A choice.
 _LONGEST: Final = 12.0
@@ -56,7 +57,7 @@ _TIP: Final = 0.001
 _KERB: Final = 1.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class SidewalkEnds(Table):
     """Sidewalks and shoulders that end beside lanes of connecting roads, (n,)."""
 
@@ -195,7 +196,7 @@ def _tapered(
     return with_wedge(beside, Wedge(side, end % 2 == 1, points, kind))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Edge:
     """An edge of a connecting road's lane where that touches a road end."""
 
@@ -247,7 +248,7 @@ def _candidates(walk: Sidewalk, edges: Iterable[_Edge], parts: RoadParts, arm: i
     return [min(there, key=lambda item: item[0].off_kerb(parts))] if there else beside
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Asked:
     """A strip that goes on from a road end, beside an edge of a connecting road's lane."""
 
@@ -258,7 +259,7 @@ class _Asked:
     beyond: int  # The one whose strip it shares its room with; -1 for none
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Strip:
     """How wide such a strip may be, and is."""
 
@@ -364,7 +365,7 @@ def _as_ends(found: Mapping[Place, _Strip], walks: Mapping[Place, Sidewalk], car
     return SidewalkEnds(*numbers, np.array(shoulder, bool), np.array(length, np.float64), widths, border)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Ground:
     """What leaves strips little room within junctions: lanes, and the kerbs of arms, as rows of discs."""
 

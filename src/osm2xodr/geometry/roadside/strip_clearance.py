@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.strips import Margins, MarginStretch, Notch, Strips, settled
 from osm2xodr.geometry.roadside.tight_bends import notches_in, tight_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
+from osm2xodr.system import record
 
 # Share of its width that a strip keeps at least; narrower, it is left out. A choice.
 _LEAST_WIDTH_SHARE: Final = 0.5
@@ -27,7 +28,7 @@ _ROOM_TOLERANCE: Final = 0.01
 _ABREAST_SLACK: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Obstacle:
     """Something that leaves a road little room beside its carriageway."""
 
@@ -72,7 +73,7 @@ def _notched(beside: Margins, notches: Sequence[Notch]) -> Margins:
     return (replace(beside[0], notches=tuple(notches)), *beside[1:]) if notches else beside
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Edges:
     """The carriageways of all roads, stretch by stretch."""
 

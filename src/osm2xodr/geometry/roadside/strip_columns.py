@@ -7,7 +7,7 @@ strips never cut the lane sections in which cars change lanes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -19,6 +19,7 @@ from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.strips import Margins, Notch, Wedge
 from osm2xodr.model import Cubic, LaneType, MarginSpec
+from osm2xodr.system import record
 
 # Parts of the carriageway beside its lanes: they take the place of each other.
 _BESIDE_LANES: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
@@ -28,7 +29,7 @@ _SAME_WIDTH: Final = 1e-9
 _NEAR: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Column:
     """Strips of one kind at one side of a road, one behind the other."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -13,6 +13,7 @@ from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.strip_columns import Column, columns_of, present, widths_of
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import Cubic, Lane, LaneSection, MarginSpec, RoadMark
+from osm2xodr.system import record
 
 # Strips have no width where they are narrower, m: rounding of their tapers.
 _NO_WIDTH: Final = 1e-6
@@ -54,7 +55,7 @@ def _with_margins(sections: tuple[LaneSection, ...], margins: Margins, length: f
     return tuple(out)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Side:
     """One side of a road."""
 

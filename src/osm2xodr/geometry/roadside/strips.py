@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from osm2xodr.geometry.defaults import SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.model import LaneType, MarginSpec
+from osm2xodr.system import record
 
 Strips = tuple[MarginSpec, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Wedge:
     """How the sidewalk or cycle track at one side of a road becomes narrower before a junction."""
 
@@ -35,7 +36,7 @@ class Wedge:
         return (self.at_end, self.side, self.type) == (end % 2 == 1, side, kind)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Notch:
     """How strips inside a tight bend become narrower, evenly, and wide again."""
 
@@ -58,7 +59,7 @@ class Notch:
         return self.room + max(self.before * (self.start - s), self.after * (s - self.end), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MarginStretch:
     """Part of a road beside which nothing changes."""
 

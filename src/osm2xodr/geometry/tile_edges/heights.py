@@ -9,7 +9,7 @@ share one solve, and need this at the borders of the block alone.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -35,6 +35,7 @@ from osm2xodr.geometry.heights import (
 )
 from osm2xodr.geometry.options import ElevationOptions
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, Surface
+from osm2xodr.system import record
 
 # Heights where roads are cut follow from the roads that come this near to both areas, m. Data farther off than the
 # length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly move them.
@@ -49,7 +50,7 @@ SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
 _Points: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Neighbourhood:
     """Areas side by side, and their common ground."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, NamedTuple
 
@@ -15,6 +14,7 @@ from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.geometry.defaults import SHORTEST_NAME
 from osm2xodr.geometry.tile_edges import defaults
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, RoadLink, RoadMap, RoadName
+from osm2xodr.system import record
 
 # Roads are sampled for their areas this densely, m; between two samples a border is found to this accuracy, m, by
 # dividing the interval into this many parts again and again.
@@ -62,7 +62,7 @@ def find_borders(
     return Borders(partition, start, begin, np.concatenate(areas), junction_area)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Line:
     """A road that belongs to several areas."""
 

@@ -11,7 +11,6 @@ import re
 import sys
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO, Final
@@ -19,7 +18,7 @@ from xml.parsers import expat
 
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive.reader.elements import TAGS, TEXT, Columns, Elements, Node, Role
-from osm2xodr.system import advance, xml_stream
+from osm2xodr.system import advance, record, xml_stream
 
 _CHUNK: Final = 1 << 18
 _STANDARD_INPUT: Final = Path("-")
@@ -199,7 +198,7 @@ def _opened(path: Path) -> Iterator[tuple[BinaryIO, Callable[[], float]]]:
         yield xml_stream(stream), share
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     """Bytes of a file, and what makes them a document."""
 

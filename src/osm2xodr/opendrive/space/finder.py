@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final, NoReturn
 
 import numpy as np
@@ -23,6 +22,7 @@ from osm2xodr.opendrive.space.positions import (
 )
 from osm2xodr.opendrive.space.sampling import Stations, sample_roads
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+from osm2xodr.system import record
 
 # Distance between the points by which roads are looked up, m: so small that the nearest place of a curve lies next to
 # the nearest of them.
@@ -53,7 +53,7 @@ _CELLS_EACH: Final = 1e3
 _FARTHEST: Final = 1e9
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Places:
     """Places on roads near points that were asked for, best first for each point.
 

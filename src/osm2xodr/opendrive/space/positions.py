@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, Final, TypeVar, cast
 from weakref import WeakKeyDictionary
 
@@ -16,6 +15,7 @@ import numpy as np
 from osm2xodr.curves import arc_step, cubic_value, find_record, runs
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.tables import ABSENT, GeometryTable, OpenDrive, Shape
+from osm2xodr.system import record
 
 # Arc lengths of polynomials: panels per record, and rounds of Newton's method inside one.
 _PANELS: Final = 8
@@ -165,7 +165,7 @@ def _start_curvature(plan: GeometryTable, k: IntArray) -> tuple[FloatArray, Floa
     return bend, rate
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Polynomials:
     """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths."""
 
@@ -318,7 +318,7 @@ def points_beside(
     return x - np.sin(hdg) * across, y + np.cos(hdg) * across, z + t * sin + h * cos
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class LaneRanks:
     """The lanes of all sections, counted from the centre outwards."""
 

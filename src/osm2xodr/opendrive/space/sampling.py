@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,6 +22,7 @@ from osm2xodr.opendrive.space.positions import (
     section_at,
 )
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+from osm2xodr.system import record
 
 # Most chords of one record, so that a damaged file does not fill the memory. At 0.1 m each they make 1 km.
 _MOST_CHORDS: Final = 10_000
@@ -30,7 +30,7 @@ _MOST_CHORDS: Final = 10_000
 SAME: Final = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Stations:
     """Points of reference lines, road by road in ascending s.
 
@@ -168,7 +168,7 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
     return np.nan_to_num(out)
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Ribbons:
     """The borders of all lanes as lines in space, and which of them bound each lane.
 

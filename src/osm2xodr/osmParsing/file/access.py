@@ -7,7 +7,6 @@ import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import wraps
 from itertools import islice
 from typing import Any, Concatenate, Final, ParamSpec, TypeVar
@@ -17,7 +16,7 @@ import osmium
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.osmParsing.file.file_format import OsmFile
-from osm2xodr.system import LimitError
+from osm2xodr.system import LimitError, record
 
 # Longest quotation of libosmium's messages, characters.
 _CAUSE_MAX: Final = 200
@@ -80,7 +79,7 @@ def readable(file: OsmFile) -> Iterator[None]:
         raise _RefusedError(file, cause) from error
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RawWay:
     """A way as in the file; `refs` are ids of nodes, `tags` those that were asked for."""
 
@@ -89,7 +88,7 @@ class RawWay:
     tags: Mapping[str, str]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RawMember:
     """A member of a relation; `type` is ``node``, ``way`` or ``relation``."""
 
@@ -98,7 +97,7 @@ class RawMember:
     role: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RawRelation:
     """A relation as in the file."""
 
@@ -107,7 +106,7 @@ class RawRelation:
     tags: Mapping[str, str]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class RawNodes:
     """Nodes that are in the file, in ascending id."""
 

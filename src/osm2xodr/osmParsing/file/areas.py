@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence, Set as AbstractSet
-from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -12,6 +11,7 @@ import osmium
 from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.file.access import RawNodes, all_tags, forgiving, handle, readable
 from osm2xodr.osmParsing.file.file_format import OsmFile
+from osm2xodr.system import record
 
 # Type of relations that are areas (OSM wiki, Relation:multipolygon).
 AREA_TYPE: Final = "multipolygon"
@@ -22,7 +22,7 @@ _LEAST_NODES: Final = 4
 Tags: TypeAlias = tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RawArea:
     """An area as in the file: rings of ids of nodes, the first one of each not repeated."""
 

@@ -29,7 +29,7 @@ from osm2xodr.osmParsing.file.preparation import (
     too_large,
     unpack,
 )
-from osm2xodr.system import plain_text, xml_stream
+from osm2xodr.system import plain_text, record, xml_stream
 
 # Bytes that are read at the start of a file, and in one go of its prolog.
 _HEAD: Final = 4096
@@ -83,7 +83,7 @@ class Content:
     several_versions: set[str] = field(default_factory=set)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class OsmFile:
     """A file that looks like OSM data."""
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set as AbstractSet
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -32,6 +31,7 @@ from osm2xodr.osmParsing.file.access import (
     readable,
 )
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.system import record
 
 RELATION_TYPES: Final = (
     *("restriction", "restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle"),
@@ -43,7 +43,7 @@ UNITS_PER_DEGREE: Final = 1e7
 _MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class OtherWays:
     """Which ways are read besides streets."""
 

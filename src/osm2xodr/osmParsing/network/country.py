@@ -11,7 +11,7 @@ import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from typing import Final
@@ -24,6 +24,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import LINK_SPEED_KMH, SERVICE_SPEED_KMH
 from osm2xodr.osmParsing.tags import Tags, in_town, limit_words
+from osm2xodr.system import record
 
 # How far out at sea the driving side is that of the nearest country, m; a choice.
 _COUNTRY_REACH: Final = 200e3
@@ -36,7 +37,7 @@ _SLOW: Final = frozenset({"service", "track"})
 _DUAL: Final = frozenset({"trunk", "primary", "secondary"})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """A place on Earth."""
 
@@ -44,7 +45,7 @@ class Place:
     drives_left: bool | None  # Whether traffic drives on the left; None where no country is near
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Borders:
     """Outlines of countries: ends x1, y1 and x2, y2 of each edge, degrees, and the index of its country."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,6 +19,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
 from osm2xodr.osmParsing.tags import changes_direction, oneway
+from osm2xodr.system import record
 
 # Consecutive nodes nearer to each other than this become one, m: OSM's coordinates have steps of 1 cm.
 _SAME_NODE_DISTANCE: Final = 1e-3
@@ -54,7 +55,7 @@ _EARTH_RADIUS: Final = 6371.0088e3
 _ALONG: Final = ":forward"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Lines(Table):
     """Ways, or parts of them, as sequences of nodes."""
 
@@ -64,7 +65,7 @@ class Lines(Table):
     skipped: BoolArray  # (n,) Whether absent nodes of the way come right before
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Pieces:
     """Parts of ways between nodes where streets may meet, in ascending way and place along it."""
 

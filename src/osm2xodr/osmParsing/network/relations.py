@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneConnectivity, TurnRestriction
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawRelation, RawWay
+from osm2xodr.system import record
 
 # Keys that hold for cars, the most specific first; the users that ``except`` may name; types of relations.
 _CAR_KEYS: Final = ("restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction")
@@ -83,7 +83,7 @@ def read_connectivities(
     return tuple(found)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Members:
     """Members of a valid relation, as OSM ids; at least one from way."""
 

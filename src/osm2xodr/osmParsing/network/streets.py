@@ -9,7 +9,7 @@ is split.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, pairwise
 from typing import Final
 
@@ -32,6 +32,7 @@ from osm2xodr.osmParsing.network.pieces import Pieces, turns_back
 from osm2xodr.osmParsing.network.relations import forbids
 from osm2xodr.osmParsing.roadside import street_node_tags
 from osm2xodr.osmParsing.tags import turned_round
+from osm2xodr.system import record
 
 # Two ways at a node go on beyond each other where they bend by less than the angle of this cosine (60 degrees): side
 # streets of one-way streets, whose main street lies outside of the area, bend by more. A choice.
@@ -228,7 +229,7 @@ def _intersections(crossing: IntArray, nodes: RawNodes, points: FloatArray, at: 
     )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Chain:
     """A sequence of pieces."""
 

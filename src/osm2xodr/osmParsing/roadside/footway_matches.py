@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Str
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines, with_pieces
 from osm2xodr.osmParsing.tags import layer_of, structure_of
+from osm2xodr.system import record
 
 # A street is cut where a footway beside it is present for at least this length and absent for at least as long, m,
 # at the nearest node if one is this near, m. Choices.
@@ -116,7 +117,7 @@ def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list
     return out
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class FootwayMatches:
     """Points of footways, and where along which edge they lie."""
 

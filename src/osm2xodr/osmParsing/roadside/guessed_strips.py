@@ -7,7 +7,7 @@ the way's tags, a footway mapped apart, or another street that runs beside it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Final
 
@@ -46,6 +46,7 @@ from osm2xodr.osmParsing.tags import (
     tells_of_shoulders,
     tells_of_sidewalks,
 )
+from osm2xodr.system import record
 
 # Lines whose headings differ by at most this run beside each other, degrees; a choice.
 _BESIDE_DEG: Final = 30.0
@@ -65,7 +66,7 @@ _THROUGH: Final = frozenset({"through", "none"})
 _LONGEST_WEAVING: Final = 1000.0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Lines:
     """Points along whatever may rule a sidewalk out: streets and footways."""
 

@@ -10,7 +10,6 @@ Lines across all streets are met with kerbs and outlines at once, in flat arrays
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set as AbstractSet
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -36,6 +35,7 @@ from osm2xodr.osmParsing.file import RawNodes, RawWay
 from osm2xodr.osmParsing.roadside.reach import LineSamples, near_each_other, sample_lines
 from osm2xodr.osmParsing.roadside.things import is_carriageway_area, is_kerb
 from osm2xodr.osmParsing.tags import Kerbs, Tags, ends_of_streets, layer_of, street_of, structure_of
+from osm2xodr.system import record
 
 # Least number of points along a way at which kerbs are found. A choice: 20 m of street.
 _POINTS_MIN: Final = 4
@@ -65,7 +65,7 @@ SAME_CARRIAGEWAY: Final = 0.5
 _DIGITS: Final = 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class WayPieces:
     """Ways, cut into pieces where they meet."""
 
@@ -116,7 +116,7 @@ def kerbs_along(
     return even_out(ways, found, pieces.way_lengths(len(ways)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StationsOfWays:
     """Places along ways, and what crosses the lines across them there."""
 
@@ -214,7 +214,7 @@ def _agreed(values: FloatArray, least: float) -> float | None:
     return float(middle) if high - low <= KERBS_SCATTER else None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Segments(Table):
     """Straight segments of lines."""
 
@@ -233,7 +233,7 @@ class Segments(Table):
         return cls(start, end, owner, np.array(layers, np.int64)[owner] if len(lines) else owner)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Stations:
     """Places on streets with the line across the street there."""
 
@@ -242,7 +242,7 @@ class Stations:
     layer: IntArray  # (n,)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Crossings(Table):
     """Places where the lines across streets meet segments, in ascending station and t."""
 

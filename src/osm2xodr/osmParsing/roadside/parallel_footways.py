@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -29,6 +29,7 @@ from osm2xodr.osmParsing.roadside.footway_matches import (
 )
 from osm2xodr.osmParsing.roadside.reach import StreetSamples
 from osm2xodr.osmParsing.tags import LEFT_RIGHT, NO, kerb_height, parse_length, sides_of
+from osm2xodr.system import record
 
 # Footways that no tag calls a sidewalk must be nearer to the edge than `FOOTWAY_BESIDE`, nearer still beside drives
 # and alleys, m. Choices.
@@ -54,7 +55,7 @@ _NO_SIDEWALKS: Final = frozenset({"motorway", "motorway_link", "track", "raceway
 _USES: Final = (LaneType.SIDEWALK, LaneType.BIKING)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Strip:
     """A footway along a piece of street."""
 

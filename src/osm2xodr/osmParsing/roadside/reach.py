@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,6 +17,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
+from osm2xodr.system import record
 
 # Radius of the search around streets, m: more than the reach plus half of any carriageway.
 _SEARCH_RADIUS: Final = 48.0
@@ -25,7 +25,7 @@ _SEARCH_RADIUS: Final = 48.0
 _CELLS: Final = 2**30
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class LineSamples:
     """Points along lines, in the middle of equal parts of their segments."""
 
@@ -35,7 +35,7 @@ class LineSamples:
     node: IntArray  # (n,) Index of the node at which the segment begins, counted over all lines
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class StreetSamples:
     """Points along all streets."""
 

@@ -10,7 +10,6 @@ How densely streets lie around a way, and people cross it, marks a built-up area
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
@@ -35,6 +34,7 @@ from osm2xodr.osmParsing.tags import (
     street_of,
     tagged_width,
 )
+from osm2xodr.system import record
 
 _PARKING: Final = frozenset(PARKING_TAGS)
 _LISTS: Final = frozenset((*LIST_TAGS, *TURN_TAGS))
@@ -68,7 +68,7 @@ def street_facts(ways: Sequence[RawWay], pieces: WayPieces, kerbs: Mapping[int, 
     }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Stretch:
     """A way as seen along its street."""
 

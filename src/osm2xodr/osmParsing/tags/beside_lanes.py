@@ -7,7 +7,7 @@ own (``separate``) are handled in `osm2xodr.osmParsing.roadside`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -38,6 +38,7 @@ from osm2xodr.osmParsing.tags.values import (
     parse_length,
     width_of_side,
 )
+from osm2xodr.system import record
 
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
@@ -250,7 +251,7 @@ def contraflow_bus_lane(tags: Tags, direction: int) -> bool:
     return against_traffic or any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Track:
     """A bicycle track on one side of a way."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import accumulate
 from math import inf
 from typing import Final
@@ -46,6 +46,7 @@ from osm2xodr.osmParsing.tags.margins import (
     with_rest,
 )
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
+from osm2xodr.system import record
 
 WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 
@@ -77,7 +78,7 @@ _PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
 _PLACEMENTS_AGREE: Final = 0.1
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Kerbs:
     """Where the kerbs of a carriageway lie, seen along the way: t from the OSM line, left positive, m.
 
@@ -98,7 +99,7 @@ class Kerbs:
         return 0.0 if self.left is None or self.right is None else round((self.left + self.right) / 2.0, 3)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StreetFacts:
     """What is known of the carriageway of a way by the kerbs along it and by the same street before and behind it."""
 
@@ -114,7 +115,7 @@ class StreetFacts:
 NO_FACTS: Final = StreetFacts()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CrossSection:
     """Lanes across a way and the strips beside them, seen along its order of nodes."""
 
@@ -156,7 +157,7 @@ def cross_section(
     return replace(section, findings=(*section.findings, *findings))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Way:
     """The arguments of `cross_section` that belong to the way alone."""
 

@@ -8,7 +8,7 @@ assumed: one lane each way, more on one-way motorways. Every decision becomes a 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -17,6 +17,7 @@ from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_change, read_slots, read_turns
 from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count
+from osm2xodr.system import record
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
 # Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.
@@ -34,7 +35,7 @@ _CODE: Final = "lane-count"
 _SUM: Final = re.compile(r"\s*[1-9]\s*(\+\s*[1-9]\s*){1,2}", re.ASCII)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LaneGroups:
     """The lanes of a way by direction, each group from left to right as its drivers see it."""
 

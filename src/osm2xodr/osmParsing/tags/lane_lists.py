@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -22,6 +22,7 @@ from osm2xodr.osmParsing.defaults import (
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES, KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.values import Findings, Tags, lowest_speed, parse_length
+from osm2xodr.system import record
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
@@ -51,7 +52,7 @@ _TURNS: Final = frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Slot:
     """One lane."""
 

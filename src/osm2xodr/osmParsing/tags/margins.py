@@ -12,7 +12,7 @@ an area of its own (``separate``) is not part of the road.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Final
 
@@ -48,6 +48,7 @@ from osm2xodr.osmParsing.tags.values import (
     sides_of,
     width_of_side,
 )
+from osm2xodr.system import record
 
 # The second is a common typing error.
 _OLD_WIDTHS: Final = (":width", ".width")
@@ -110,7 +111,7 @@ _NO_PARKING: Final = frozenset(
 _PARKING_CODE: Final = "parking"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Margins:
     """Strips on the left and right of a carriageway, seen along the way."""
 
@@ -305,7 +306,7 @@ def seen_backwards(strips: tuple[MarginSpec, ...]) -> tuple[MarginSpec, ...]:
     return tuple(replace(strip, direction=Direction(-strip.direction)) for strip in strips)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Parking:
     """Parking on one side of a way."""
 

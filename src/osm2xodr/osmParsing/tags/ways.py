@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Final
@@ -41,6 +41,7 @@ from osm2xodr.osmParsing.tags.way_facts import (
     structure_of,
     structure_tags,
 )
+from osm2xodr.system import record
 
 # Kinds of roads whose limit does not depend on the zone around them.
 _OUT_OF_ZONE: Final = frozenset({"motorway", "motorway_link", "living_street", "pedestrian", "track"})
@@ -157,7 +158,7 @@ def way_attributes(
     return attributes, directions
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Meaning:
     """What ways say whose tags differ in their names alone."""
 
@@ -166,7 +167,7 @@ class _Meaning:
     findings: Findings
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Reader:
     """Reads the tags of ways; the first arguments of `way_attributes`."""
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import functools
 import os
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -28,7 +27,7 @@ from osm2xodr.model import FloatArray
 from osm2xodr.projection import offline, transformer_from
 from osm2xodr.surface.grids.grid import Cells, GridFrame
 from osm2xodr.surface.grids.voids import interpolate_lattice
-from osm2xodr.system import DATA_OF_OTHERS
+from osm2xodr.system import DATA_OF_OTHERS, record
 
 # Spacing of the points at which the difference between two vertical datums is computed, m: geoids are smoother.
 _DATUM_SPACING: Final = 1000.0
@@ -60,7 +59,7 @@ _METRES: Final = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Unstated:
     """What users know about elevation models whose files do not say it."""
 

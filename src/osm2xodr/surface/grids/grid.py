@@ -7,7 +7,7 @@ cell around its centre. Rasters are never resampled; positions are transformed t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from pyproj import CRS, Transformer
 from osm2xodr.curves import hypot
 from osm2xodr.model import BoolArray, FloatArray
 from osm2xodr.projection import transformer_from
+from osm2xodr.system import record
 
 Affine = tuple[float, float, float, float, float, float]
 
@@ -30,7 +31,7 @@ Indices = npt.NDArray[np.intp]
 _NO_WEIGHT: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class GridFrame:
     """The cells of a raster, or of a window of it."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,7 +29,7 @@ from osm2xodr.surface.grids.crs import (
 )
 from osm2xodr.surface.grids.grid import Affine, Cells, GridFrame, empty_cells
 from osm2xodr.surface.grids.quality import named_cover
-from osm2xodr.system import RASTER_DRIVERS, VIRTUAL_DRIVER, gdal, raster_errors
+from osm2xodr.system import RASTER_DRIVERS, VIRTUAL_DRIVER, gdal, raster_errors, record
 
 # Largest block of cells that is unpacked as a whole, bytes; usual blocks have up to a few MB.
 _BLOCK_MAX: Final = 2**28
@@ -66,7 +65,7 @@ _AREA_MAX: Final = 1e18
 _POSITION_MAX: Final = 1e12
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class DemSource:
     """The description of an elevation model in its file."""
 

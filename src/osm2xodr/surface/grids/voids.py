@@ -10,7 +10,7 @@ The trend is a linear least-squares problem in scaled coordinates.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -19,6 +19,7 @@ import numpy.typing as npt
 from osm2xodr.curves import solve_dense
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids.grid import Cells
+from osm2xodr.system import record
 
 Below = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -231,7 +232,7 @@ def interpolate_lattice(lattice: FloatArray, stride: int, strip: slice, cols: in
     return out
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class PolynomialTrend:
     """A polynomial of total degree `order` in x and y."""
 

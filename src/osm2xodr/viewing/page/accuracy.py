@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -27,6 +26,7 @@ from osm2xodr.osmParsing import (
     reason_left_out,
 )
 from osm2xodr.surface import SurfaceOptions
+from osm2xodr.system import record
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.scene import Scene
 
@@ -49,7 +49,7 @@ _LEAST_MARGIN: Final = 60.0
 _MARGIN_SHARE: Final = 0.03
 
 
-@dataclass(frozen=True)
+@record
 class WayCover:
     """How much of a way lies on a carriageway."""
 
@@ -66,7 +66,7 @@ class WayCover:
     y: float
 
 
-@dataclass(frozen=True)
+@record
 class WayOnRoad:
     """A stretch of a road that follows a way."""
 
@@ -78,7 +78,7 @@ class WayOnRoad:
     end: float
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class _Points:
     """Points along ways at even distances, (n,)."""
 
@@ -208,7 +208,7 @@ def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> li
     return sorted(out, key=lambda item: (item.road, item.begin, item.end, item.way))
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Terrain:
     """The ground as a grid."""
 
@@ -221,7 +221,7 @@ class Terrain:
     z: FloatArray  # (rows, columns) Heights, m, from south to north; NaN where nothing is measured
 
 
-@dataclass(frozen=True)
+@record
 class HeightErrors:
     """Height of some roads above the ground."""
 

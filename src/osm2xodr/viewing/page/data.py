@@ -6,7 +6,6 @@ The graph of lanes is there for the page's routes.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +15,7 @@ from osm2xodr import defaults
 from osm2xodr.furniture_shapes import Structures, mark_pattern, structures_of
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
+from osm2xodr.system import record
 from osm2xodr.viewing import colours
 from osm2xodr.viewing.colours import Categories, Mode, lane_speeds, lane_types, strip_classes
 from osm2xodr.viewing.page.accuracy import LEAST_MATCH, Terrain, WayCover, WayOnRoad
@@ -46,7 +46,7 @@ _FIT_REACH: Final = 1.1
 _LEAST_FIT: Final = 1000.0
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Subject:
     """A file and everything that is known about it."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -40,6 +40,7 @@ from osm2xodr.furniture_shapes import (
 )
 from osm2xodr.model import FloatArray, IntArray, Surroundings
 from osm2xodr.opendrive import Frame, OpenDrive
+from osm2xodr.system import record
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.scene import Scene
 
@@ -72,7 +73,7 @@ UNKNOWN: Final = -(2**31)
 _LARGEST: Final = 2**31 - 1
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Objects:
     """Objects in drawing order, and the forms of each with their corners."""
 
@@ -200,7 +201,7 @@ def drawing_rules() -> dict[str, float]:
     }
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Bodies:
     """Meshes, each of one layer and one material."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,7 +17,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.furniture_shapes import DECAL_COLOUR, FURNITURE_FROM, MARKS_FROM, PlacedObject, PlacedSignal, rank_of
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
-from osm2xodr.system import advance, stage
+from osm2xodr.system import advance, record, stage
 from osm2xodr.viewing.colours import Categories, Mode, Ramp, drawn_types, lane_speeds, make_modes, nice_step
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import HATCHING, Line, Parts, Polygon, Shape, furniture_shapes, mark_lines
@@ -64,7 +63,7 @@ _SLANT: Final = 0.7
 _WIDTH: Final = 1.5
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Picture:
     """What is drawn, in pixels from the top left."""
 

@@ -7,7 +7,6 @@ first.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -38,6 +37,7 @@ from osm2xodr.furniture_shapes import (
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.system import record
 from osm2xodr.viewing.scene import Scene
 
 PAPER: Final = "#f6f7f5"
@@ -57,7 +57,7 @@ _DEPTH: Final = 0.2
 _MOST_LEVELS: Final = 8
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Polygon:
     """A filled area."""
 
@@ -67,7 +67,7 @@ class Polygon:
     outlined: bool = True
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Line:
     """A line."""
 

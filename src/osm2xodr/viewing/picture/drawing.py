@@ -13,7 +13,6 @@ import itertools
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +23,7 @@ from osm2xodr.curves import starts
 from osm2xodr.errors import InputError
 from osm2xodr.furniture_shapes import DECAL_COLOUR
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.system import record
 from osm2xodr.viewing.colours import Categories, Pixels, Ramp
 from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture
 from osm2xodr.viewing.picture.details import HATCHING, INK, PAPER, SOFT, Line, Polygon, Shape
@@ -58,7 +58,7 @@ _RECORD: Final = re.compile(
 _ROAD: Final = re.compile(rb'<road [^>]*junction="([^"]*)"')
 
 
-@dataclass(frozen=True)
+@record
 class Text:
     """A line of text."""
 

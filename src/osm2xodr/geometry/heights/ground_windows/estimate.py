@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from osm2xodr.curves import exp, log, solve_dense
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.ground_windows.spectra import SIZE, Basis, Single, Spectrum, all_spectra
 from osm2xodr.model import BoolArray, FloatArray
+from osm2xodr.system import record
 
 # Edges of the bands, as shares of the highest wave number that cells show: octaves.
 _EDGES: Final = (0.0442, 0.0884, 0.1768, 0.3536, 0.7071)
@@ -159,7 +160,7 @@ def _exponentials(x: Single) -> None:
     np.multiply(series, scale, out=x)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class WindowEstimates:
     """The ground within W windows, without their rims."""
 

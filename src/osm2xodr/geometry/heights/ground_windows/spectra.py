@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final
 
@@ -13,6 +12,7 @@ import numpy.typing as npt
 from osm2xodr.curves import cosine, exp, log, power
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.system import record
 
 Single = npt.NDArray[np.float32]
 AnyArray = npt.NDArray[np.floating[Any]]
@@ -163,7 +163,7 @@ class Basis:
         return self._log_a[best // len(self._log_n)], self._log_n[best % len(self._log_n)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Spectrum:
     """The spectra of W windows: ground A kᵣ^(p - 4) / k^p and noise N ((1 - e) exp(-(L k)²) + e)."""
 

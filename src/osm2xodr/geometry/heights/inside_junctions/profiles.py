@@ -6,7 +6,6 @@ level across. Superelevation changes no faster than a car can follow. Formulas: 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -28,6 +27,7 @@ from osm2xodr.geometry.heights.problem import (
 )
 from osm2xodr.geometry.heights.records import either_profile, level_profile, only_curves, spread_curves
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+from osm2xodr.system import record
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
 # finite.
@@ -143,7 +143,7 @@ def _level_profiles(connectors: ConnectorProblem, solution: ProfileSolution) -> 
     return level_profile(z), profile_of([()] * len(z))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Along:
     """Samples of C connecting roads at equal intervals from end to end."""
 
@@ -175,7 +175,7 @@ def _sample(connectors: ConnectorProblem) -> _Along:
     return _Along(length, start, curve, u * length[curve])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _LaidHeights:
     """Heights of connecting roads at samples, (n,)."""
 

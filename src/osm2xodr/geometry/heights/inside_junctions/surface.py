@@ -11,7 +11,7 @@ have one height there, because both take it from the same surface. Formulas: doc
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from osm2xodr.curves import Table, cosine, hypot, owners, runs, sine, slope_of, 
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.system import record
 
 # Pairs of places and stations that are treated at once: bounds the memory.
 _CHUNK: Final = 400_000
@@ -36,7 +37,7 @@ _GRADE_SLACK: Final = 0.05
 _NARROWEST: Final = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Arms:
     """Road ends at junctions, sorted by junction."""
 
@@ -54,7 +55,7 @@ class _Arms:
     grade: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class JunctionSurfaces:
     """One surface for each junction: its plane, and a sum of kernels about stations at its arms."""
 
@@ -95,7 +96,7 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     return _Arms(start, x, y, hdg, low, high, height, tilt, grade)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class Stations(Table):
     """Places with a heading that surfaces of junctions pass with a height and a grade along it."""
 

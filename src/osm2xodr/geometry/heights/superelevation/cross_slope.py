@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -35,6 +34,7 @@ from osm2xodr.geometry.heights.problem import (
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.geometry.heights.sparse import System
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, Rule, Structure, Surface
+from osm2xodr.system import record
 
 _GRAVITY: Final = 9.81
 
@@ -305,7 +305,7 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
     return knots
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record(eq=False)
 class _Steps:
     """Places where the reference line's curvature steps, sorted by roads and along them."""
 
