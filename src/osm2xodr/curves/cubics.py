@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from operator import attrgetter
 from typing import Final
 
@@ -113,6 +112,6 @@ def part_of_cubics(cubics: Sequence[Cubic], begin: float, end: float) -> tuple[C
     last = max((k for k, item in enumerate(cubics) if item.s < end - _SHORTEST_RECORD), default=0)
     first = max((k for k, item in enumerate(cubics[: last + 1]) if item.s <= begin + _SHORTEST_RECORD), default=0)
     return tuple(
-        item.begun_later(begin - item.s, 0.0) if k == 0 else replace(item, s=item.s - begin)
+        item.begun_later(begin - item.s, 0.0) if k == 0 else Cubic(item.s - begin, item.a, item.b, item.c, item.d)
         for k, item in enumerate(cubics[first : last + 1])
     )

@@ -116,11 +116,9 @@ def _along(pieces: Sequence[Piece], begin: float, end: float, length: float) -> 
         upper = min(pieces[k + 1][0], end) if k + 1 < len(pieces) else end
         if upper > lower:
             strips = attributes.margin_left, attributes.margin_right
-            found.append(MarginStretch(lower - begin, upper - begin, *strips, attributes.osm_way_id))
-    if not found or not any(item.left or item.right for item in found):
-        return ()
-    found[0], found[-1] = replace(found[0], start=0.0), replace(found[-1], end=length)
-    return tuple(found)
+            until = length if upper == end else upper - begin
+            found.append(MarginStretch(lower - begin, until, *strips, attributes.osm_way_id))
+    return tuple(found) if any(item.left or item.right for item in found) else ()
 
 
 def settled(margins: Sequence[MarginStretch], borders: Sequence[float]) -> Margins:

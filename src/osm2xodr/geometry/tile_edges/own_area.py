@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import takewhile
 from math import ceil, floor
-from typing import Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -45,23 +45,27 @@ _ON_BORDER: Final = 1e-6
 # A lane section or type that reaches beyond a cut by less is left out there, m.
 _SHORTEST_REST: Final = 0.01
 
+# What a part of some furniture has other than the whole: values of fields by their names; `road` and `s` always.
+_Part: TypeAlias = dict[str, Any]
+
 
 def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics) -> Furniture:
     """Return the furniture on kept pieces of roads, with new ids; raise an InputError if these do not suffice."""
-    signals, references = _signals(furniture, pieces, diagnostics)
-    objects = [part for thing in furniture.objects for part in _objects(thing, pieces)]
+    on_signals, references = _signals(furniture, pieces, diagnostics)
+    on_objects = [(item, part) for item in furniture.objects for part in _objects(item, pieces)]
+    on_structures = [(item, part) for item in furniture.structures for part in _structures(item, pieces)]
     first = pieces.partition.first_ids[pieces.partition.own]
-    structures = [part for item in furniture.structures for part in _structures(item, pieces)]
-    count = len(signals) + len(objects) + len(structures)
+    count = len(on_signals) + len(on_objects) + len(on_structures)
     check_ids(pieces.partition, count, "signals, objects, bridges and tunnels")
     # The parts of an object still share its id. Signals and objects share one range of ids.
-    parts: list[RoadObject | RoadStructure] = [*objects, *structures]
-    old = sorted([(item.id, -1, item.s) for item in signals] + [(item.id, item.road, item.s) for item in parts])
-    number = {key: first + k for k, key in enumerate(old)}
-    signal_id = {item.id: number[item.id, -1, item.s] for item in signals}
-    signals = [replace(item, id=signal_id[item.id]) for item in signals]
-    objects = [replace(item, id=number[item.id, item.road, item.s]) for item in objects]
-    structures = [replace(item, id=number[item.id, item.road, item.s]) for item in structures]
+    old = [(item.id, -1, part["s"]) for item, part in on_signals]
+    old += [(item.id, part["road"], part["s"]) for item, part in on_objects]
+    old += [(item.id, part["road"], part["s"]) for item, part in on_structures]
+    number = {key: first + k for k, key in enumerate(sorted(old))}
+    signals = [replace(item, id=number[item.id, -1, part["s"]], **part) for item, part in on_signals]
+    objects = [replace(item, id=number[item.id, part["road"], part["s"]], **part) for item, part in on_objects]
+    structures = [replace(item, id=number[item.id, part["road"], part["s"]], **part) for item, part in on_structures]
+    signal_id = {item.id: signal.id for (item, _), signal in zip(on_signals, signals, strict=True)}
     references = [replace(item, signal=signal_id[item.signal]) for item in references]
     controllers = _controllers(furniture.controllers, signal_id, pieces, first)
     return Furniture(
@@ -81,13 +85,13 @@ def _place(item: Signal | RoadObject | RoadStructure) -> tuple[int, float, int]:
 
 def _signals(
     furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics
-) -> tuple[list[Signal], list[SignalReference]]:
+) -> tuple[list[tuple[Signal, _Part]], list[SignalReference]]:
     """Return the signals and references on kept pieces; a kept reference to a lost signal becomes that signal."""
-    signals: dict[int, Signal] = {}
+    signals: dict[int, tuple[Signal, _Part]] = {}
     for item in furniture.signals:
         piece = pieces.at(item.road, item.s)
         if piece.id:
-            signals[item.id] = replace(item, road=piece.id, s=item.s - piece.begin)
+            signals[item.id] = item, {"road": piece.id, "s": item.s - piece.begin}
     gone = {item.id: item for item in furniture.signals if item.id not in signals} if furniture.references else {}
     references: list[SignalReference] = []
     for reference in furniture.references:
@@ -99,9 +103,8 @@ def _signals(
             references.append(there)
         elif reference.signal in gone:
             signal = gone[reference.signal]
-            signals[signal.id] = replace(
-                signal, road=there.road, s=there.s, t=there.t, orientation=there.orientation, validity=there.validity
-            )
+            as_referred = ("road", "s", "t", "orientation", "validity")
+            signals[signal.id] = signal, {name: getattr(there, name) for name in as_referred}
             text = "it stands on a road of a neighbouring area and is moved to where the junction of this area begins"
             diagnostics.repaired("border-signal", signal.osm_id, text)
     return list(signals.values()), references
@@ -144,35 +147,35 @@ def _programmes(programmes: Iterable[SignalProgramme], pieces: Pieces) -> tuple[
     )
 
 
-def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
+def _objects(thing: RoadObject, pieces: Pieces) -> list[_Part]:
     """Return the parts of an object on kept pieces: all or nothing of it, unless it repeats along its road."""
     if thing.repeat is None:
         piece = pieces.at(thing.road, thing.s)
-        return [replace(thing, road=piece.id, s=thing.s - piece.begin)] if piece.id else []
+        return [{"road": piece.id, "s": thing.s - piece.begin}] if piece.id else []
     found = (_part(thing, thing.repeat, piece) for piece in pieces.of(thing.road) if piece.id)
-    return [item for item in found if item is not None]
+    return [part for part in found if part is not None]
 
 
-def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
+def _structures(item: RoadStructure, pieces: Pieces) -> list[_Part]:
     """Return the parts of a bridge or tunnel on kept pieces of its road."""
     parts = (
         (piece, max(item.s, piece.begin), min(item.s + item.length, piece.end)) for piece in pieces.of(item.road)
     )
     return [
-        replace(item, road=piece.id, s=begin - piece.begin, length=end - begin)
+        {"road": piece.id, "s": begin - piece.begin, "length": end - begin}
         for piece, begin, end in parts
         if piece.id and end > begin
     ]
 
 
-def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:
+def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> _Part | None:
     """Return the part on a piece of a road of an object that repeats along it; None if nothing of it lies there."""
     begin = 0.0 if piece.at_start else max(piece.begin - repeat.s, 0.0)
     ends_there = piece.at_end or piece.end > repeat.s + repeat.length
     end = repeat.length if ends_there else piece.end - repeat.s
     if begin == 0.0 and ends_there:
-        s = repeat.s - piece.begin
-        return replace(thing, road=piece.id, s=thing.s - piece.begin, repeat=replace(repeat, s=s))
+        there = repeat if piece.at_start else replace(repeat, s=repeat.s - piece.begin)
+        return {"road": piece.id, "s": thing.s - piece.begin, "repeat": there}
     if repeat.distance > 0.0:
         # From the first copy on the piece to half-way beyond the last one, or to the object's end.
         rank = ceil(begin / repeat.distance - _ON_BORDER)
@@ -192,7 +195,7 @@ def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject |
     s = max(repeat.s + begin - piece.begin, 0.0)
     part = replace(repeat, s=s, length=end - begin, t_start=t_start, t_end=t_end)
     length = end - begin if thing.length == repeat.length else thing.length
-    return replace(thing, road=piece.id, s=s, t=t_start, length=length, repeat=part)
+    return {"road": piece.id, "s": s, "t": t_start, "length": length, "repeat": part}
 
 
 def _statistics(
