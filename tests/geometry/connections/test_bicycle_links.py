@@ -77,6 +77,14 @@ def added(
         ("dc dc", "dc dc", {(0, 0): 0.0, (0, 1): -90.0, (1, 1): 90.0}, {(1, 1, 1), (2, 1, 1)}),
         ("dc d", "dc dc", {(0, 0): 0.0, (0, 1): 90.0, (1, 1): -90.0}, {(1, 1, 1)}),
         ("dc", "d dc", {(0, 0): 0.0, (0, 1): -90.0}, {(0, 1, 0), (1, 1, 1)}),
+        # Where only cars come straight to it, too.
+        ("dc d", "d dc", {(0, 0): 0.0, (0, 1): 90.0, (1, 1): 0.0}, {(0, 1, 0), (1, 1, 1)}),
+        # Along the kerb of the near side, also where all lead straight on; not across lanes for cars, nor to the far
+        # side.
+        ("dc dc", "dc dc", {(0, 0): 0.0, (0, 1): -90.0, (1, 1): 0.0}, {(1, 1, 1)}),
+        ("dc dc", "dc dc", {(0, 0): 0.0, (0, 1): 90.0, (1, 1): 0.0}, set()),
+        ("dcd dc", "dc dc", {(0, 0): 0.0, (0, 1): -90.0, (1, 1): 0.0}, set()),
+        ("dc dc", "dc dcd", {(0, 0): 0.0, (0, 1): -90.0, (1, 1): 0.0}, set()),
     ],
 )
 def test_bicycle_lanes_lead_on(

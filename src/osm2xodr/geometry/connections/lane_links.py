@@ -275,27 +275,35 @@ def lead_bicycles_on(
 ) -> list[LaneLink]:
     """Return the links that bicycle lanes of one junction lack, besides the known `links` of all lanes.
 
-    Where no movement leads straight on, bicycle lanes lead round the corners to bicycle lanes; one that nothing leads
-    straight to is reached round one corner. What still leads nowhere joins the lane for cars at its side: straight
-    on, else round the corner of the near side.
+    Those along the near side's kerbs lead round the corner to each other. Where no movement leads straight on,
+    bicycle lanes lead round all corners to bicycle lanes; one that no other leads straight to is reached round one
+    corner. What still leads nowhere joins the lane for cars at its side: straight on, else round the corner of the
+    near side.
     """
     lacking = {(item.entry, lane) for item in movements for lane in _bicycles(entries[item.entry].specs)}
     unreached = {(item.exit, lane) for item in movements for lane in _bicycles(exits[item.exit].specs)}
-    lacking -= {(movements[k].entry, lane) for k, lane, _ in links}
-    unreached -= {(movements[k].exit, lane) for k, _, lane in links}
     if not lacking and not unreached:
         return []
+    lacking -= {(movements[k].entry, lane) for k, lane, _ in links}
+    unreached -= {(movements[k].exit, lane) for k, _, lane in links}
     ways = [k for k, item in enumerate(movements) if item.entry != item.exit and abs(item.turn) < LEAST_TURN_BACK]
     # Straight on first, then round the corner of the near side.
     ways.sort(key=lambda k: _rank(movements[k].turn, near_side_left))
     straight = [movements[k] for k in ways if abs(movements[k].turn) < STRAIGHT_ON]
-    from_straight, to_straight = {item.entry for item in straight}, {item.exit for item in straight}
+
+    def at_near_side(lane: int, specs: Sequence[LaneSpec]) -> bool:
+        return lane == (0 if near_side_left else len(specs) - 1)
+
+    from_straight = {item.entry for item in straight}
     found: list[LaneLink] = []
     for k in ways:
         item = movements[k]
-        for lane_in, lane_out in _alike(entries[item.entry].specs, exits[item.exit].specs, near_side_left):
+        own, other = entries[item.entry].specs, exits[item.exit].specs
+        turns_near = abs(item.turn) >= STRAIGHT_ON and (item.turn > 0) == near_side_left
+        for lane_in, lane_out in _alike(own, other, near_side_left):
             leads_on = (item.entry, lane_in) in lacking and item.entry not in from_straight
-            if leads_on or ((item.exit, lane_out) in unreached and item.exit not in to_straight):
+            at_kerb = turns_near and at_near_side(lane_in, own) and at_near_side(lane_out, other)
+            if leads_on or at_kerb or (item.exit, lane_out) in unreached:
                 found.append((k, lane_in, lane_out))
                 unreached.discard((item.exit, lane_out))
     # Who leads on round a corner only may want to go straight on as well.
