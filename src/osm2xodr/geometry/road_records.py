@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, owners, smooth_cubic, sorted_unique, starts
+from osm2xodr.curves import lengths, owners, part_of_cubics, smooth_cubic, sorted_unique, starts, value_of_cubics
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.defaults import SHORTEST_NAME
@@ -43,6 +43,8 @@ from osm2xodr.model import (
 
 # A name that changes nearer than this to where lanes change does so there, m: half a dash, and no sliver is left.
 _AT_SECTION: Final = 1.5
+# Lanes that are narrower where sections touch are not linked, m: rounding (ASAM OpenDRIVE 1.7, 11.6).
+_NARROWEST: Final = 1e-6
 
 
 class RoadIds:
@@ -308,6 +310,33 @@ def with_floor(road_map: RoadMap, first: int, floor: Floor, ends: SidewalkEnds) 
         section = LaneSection(section.s, (*reversed(outer[0]), *section.lanes, *outer[1]))
         roads[first + k] = replace(road, lane_sections=(section,))
     return replace(road_map, roads=tuple(roads))
+
+
+def with_bicycles_among_cars(road_map: RoadMap, first: int, connecting: ConnectingRoads) -> RoadMap:
+    """Return a road map in whose junctions bicycle lanes are for cars from where they widen to a lane of these.
+
+    Connecting roads begin at road number `first`.
+    """
+    roads = list(road_map.roads)
+    start = connecting.change_start()
+    for k in np.flatnonzero(connecting.leads_among_cars()).tolist():
+        road = roads[first + k]
+        sections = _halves(road.lane_sections[0], float(start[k]), road.types[0].speed)
+        roads[first + k] = replace(road, lane_sections=sections)
+    return replace(road_map, roads=tuple(roads))
+
+
+def _halves(section: LaneSection, s: float, speed: float | None) -> tuple[LaneSection, LaneSection]:
+    """Cut a road's only section at s, m; lanes for bicycles are for cars behind, with a speed limit, m/s."""
+    before, behind = [], []
+    for lane in section.lanes:
+        beyond = lane
+        if lane.type is LaneType.BIKING and lane.successor is not None:
+            beyond = replace(lane, type=LaneType.DRIVING, speed=speed)
+        link = lane.id if lane.id and value_of_cubics(lane.widths, s) > _NARROWEST else None
+        before.append(replace(lane, widths=part_of_cubics(lane.widths, 0.0, s), successor=link))
+        behind.append(replace(beyond, widths=part_of_cubics(lane.widths, s, np.inf), predecessor=link))
+    return LaneSection(0.0, tuple(before)), LaneSection(s, tuple(behind))
 
 
 def _blend(begin: float, end: float, before: float, after: float) -> tuple[Cubic, ...]:

@@ -44,6 +44,7 @@ from osm2xodr.geometry.road_records import (
     connecting_road_records,
     junction_records,
     road_records,
+    with_bicycles_among_cars,
     with_floor,
 )
 from osm2xodr.geometry.roadside import add_margins, ends_instead, with_lanes_of_sections
@@ -146,7 +147,9 @@ def build_roads(
     lost = sides.corners.chosen(steep[len(plan.connecting.length) :] & sides.corners.beside_cars())
     ends = sides.ends.joined(ends_instead(plan.parts, sides.margins, plan.connecting, lost))
     report_blunt_sidewalks(network, plan.layout, sides.blunt, diagnostics)
-    road_map = with_floor(road_map, len(plan.parts.length), floor_on(lines, through.length, floor), ends)
+    first = len(plan.parts.length)
+    road_map = with_floor(road_map, first, floor_on(lines, through.length, floor), ends)
+    road_map = with_bicycles_among_cars(road_map, first, through)
     islands, left_out = raised_islands(network.roadside, road_map, tuple(islands_of(plan, through, floor)))
     text = "with an island left out: it is tiny or far away, or lies on lanes"
     diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "way", text)

@@ -111,8 +111,9 @@ def test_where_a_bicycle_lane_ends_bicycles_join_the_cars_and_no_car_its_lane(ru
 
 @EITHER
 @pytest.mark.parametrize(("side", "lanes"), [("right", 1), ("right", 2), ("left", 2)])
-def test_bicycles_that_join_cars_keep_to_the_edge_of_their_lane(side: str, lanes: int, rule: Rule) -> None:
-    # Far arms: the way through the junction is longer than it takes to widen by 1 in 1.
+@pytest.mark.parametrize("far", [False, True])
+def test_bicycles_that_join_cars_keep_to_the_edge_of_their_lane(side: str, lanes: int, far: bool, rule: Rule) -> None:
+    # With far arms the way through the junction is long enough to widen by 1 in 5, else by 1 in 1.
     nodes = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "s": (0.0, -100.0)}
     right = (side == "right") is (rule is Rule.RIGHT_HAND)
     side = "right" if right else "left"
@@ -120,12 +121,12 @@ def test_bicycles_that_join_cars_keep_to_the_edge_of_their_lane(side: str, lanes
     ways = {
         1: ("w a", f"oneway=yes lanes={lanes} width=7.5 {beside} maxspeed=50"),
         2: ("a e", f"oneway=yes lanes={lanes} width={3 * lanes} maxspeed=50"),
-        3: ("s a", "lanes=6 width=30 oneway=yes maxspeed=50"),
+        3: ("s a", "oneway=yes maxspeed=50 " + ("lanes=6 width=30" if far else "lanes=1 width=3")),
     }
     case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
     road_map = case.build(rule)
-    number, lane = next(
-        (k, lane)
+    number, road, lane = next(
+        (k, road, lane)
         for k, road in enumerate(road_map.roads)
         if road.junction is not None
         for lane in road.lane_sections[0].lanes
@@ -133,13 +134,26 @@ def test_bicycles_that_join_cars_keep_to_the_edge_of_their_lane(side: str, lanes
     )
     length = float(lengths(road_map.plan_view)[number])
     s = np.linspace(0.0, length, 1001)
-    width = np.array([value_of_cubics(lane.widths, float(place)) for place in s])
+    begins = [section.s for section in road.lane_sections]
+    parts = [next(item for item in section.lanes if item.id == lane.id) for section in road.lane_sections]
+    of = np.searchsorted(begins, s, "right") - 1
+    width = np.array([value_of_cubics(parts[k].widths, float(at - begins[k])) for k, at in zip(of, s, strict=True)])
     offset = cubic_value(road_map.lane_offset, np.full(len(s), number), s)
     assert width[[0, -1]] == pytest.approx([1.5, 3.0], abs=1e-9)
-    # A smooth step by 1.5 m that is steepest at 1 in 1 is 2.25 m long.
-    assert length > 9.0
-    assert width[s < length - 2.25] == pytest.approx(1.5, abs=1e-9)
-    assert np.abs(np.diff(width) / np.diff(s)).max() == pytest.approx(1.0, abs=1e-3)
+    # A smooth step by 1.5 m that is steepest at 1 in 1 is 2.25 m long; one for cars 7.75 times 1.5 m.
+    taper = 11.625 if far else 2.25
+    assert taper + 1.0 < length < (np.inf if far else 11.0)
+    assert width[s < length - taper] == pytest.approx(1.5, abs=1e-9)
+    assert np.abs(np.diff(width) / np.diff(s)).max() == pytest.approx(2.25 / taper, abs=1e-3)
+    if far:
+        # It is a lane for cars there.
+        assert begins == pytest.approx([0.0, length - taper], abs=1e-6)
+        assert [item.type for item in parts] == [LaneType.BIKING, LaneType.DRIVING]
+        assert [item.speed for item in parts] == [None, pytest.approx(50 / 3.6)]
+        assert (parts[0].successor, parts[1].predecessor) == (lane.id, lane.id)
+        assert parts[1].successor is not None
+    else:
+        assert begins == [0.0]
     # Its outer edge stays beside the middle of the narrow lane, and runs on into that of the carriageway.
     edges = offset, offset + math.copysign(1.0, lane.id) * width
     outer = np.minimum(*edges) if right else np.maximum(*edges)

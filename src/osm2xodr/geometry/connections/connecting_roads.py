@@ -24,7 +24,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.corner_paths import turning_radii
-from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
+from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN, TAPER_PER_WIDTH
 from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, joined_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect
@@ -108,6 +108,11 @@ class ConnectingRoads(Table):
         """Return which of them lead sidewalks or shoulders on, which are no part of the carriageway, (n,)."""
         return np.array([kind in BESIDE_CARS for kind in self.lane_type], bool)
 
+    def leads_among_cars(self) -> BoolArray:
+        """Return which bicycle lanes have room to widen as lanes for cars do, and are such from there on, (n,)."""
+        wider = self.exit_width - self.entry_width
+        return self.joins_cars & (wider > 0.0) & (self.length > TAPER_PER_WIDTH * wider)
+
     def change_start(self) -> FloatArray:
         """Return from where on lanes change, in a smooth step to their ends, from one width to the other, s, (n,), m.
 
@@ -115,7 +120,8 @@ class ConnectingRoads(Table):
         long as they can.
         """
         # A smooth step is steepest in its middle.
-        needed = 1.5 * (self.exit_width - self.entry_width) / STEEPEST_JOIN
+        per_width = np.where(self.leads_among_cars(), TAPER_PER_WIDTH, 1.5 / STEEPEST_JOIN)
+        needed = per_width * (self.exit_width - self.entry_width)
         return np.where(self.joins_cars & (needed > 0.0), np.maximum(self.length - needed, 0.0), 0.0)
 
     def entry_middle(self) -> FloatArray:

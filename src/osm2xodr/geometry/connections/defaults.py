@@ -36,8 +36,11 @@ LONGEST_REDRAWN: Final = 1.8
 # And they have this radius at least, m, or that of the curve they replace; turns at short streets get it, too: cars
 # turn at 5 to 6 m.
 LEAST_REDRAWN_RADIUS: Final = 5.1
-# A bicycle lane that joins a lane for cars widens to it by this many metres per metre at most. A choice: paint ends
-# there, and cyclists leave the edge of the lane.
+# Lanes through junctions take at least this many times as long as their width changes: 7.5 is 1 in 5 where a smooth
+# step is steepest, and a little more, as their length changes with the lanes that they join. A choice.
+TAPER_PER_WIDTH: Final = 7.75
+# A bicycle lane that joins a lane for cars where there is no room for that widens to it by this many metres per metre
+# at most. A choice: paint ends there, and cyclists leave the edge of the lane.
 STEEPEST_JOIN: Final = 1.0
 
 # Ways that turn back: pavement is known by squares of this size, m.

@@ -21,7 +21,7 @@ from osm2xodr.curves import PointTree, cosine, curve_ends, pose, sine, solve_spa
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN
+from osm2xodr.geometry.connections.defaults import STEEPEST_JOIN, TAPER_PER_WIDTH
 from osm2xodr.geometry.defaults import STEEPEST_WIDTH
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import (
@@ -41,9 +41,6 @@ _MOST_LANES: Final = 64
 # Widths are rounded to this many decimals of a metre, downwards.
 _WIDTH_DECIMALS: Final = 2
 _SAME_WIDTH: Final = 1e-6
-# Connecting roads are at least this many times as long as their lane's width changes: 7.5 is 1 in 5 where a smooth
-# step is steepest, and a little more, as their length changes with the lanes that they join. A choice.
-_STEEPEST_NARROWING: Final = 7.75
 # Where lanes narrow, the ways between them are drawn again, and have this share of their length at least. A choice:
 # of six in three towns the shortest had 0.92, and 0.03 are in what is above.
 _SHORTER: Final = 0.94
@@ -258,7 +255,7 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     """Return roads whose lanes narrow towards junctions where connecting roads would taper too fast.
 
     Widths only shrink: each lane gets the largest width from which tapers lead to all others that it is linked to,
-    `_STEEPEST_NARROWING` times as long as widths change; roads without changes of their own taper from end to end.
+    `TAPER_PER_WIDTH` times as long as widths change; roads without changes of their own taper from end to end.
     """
     ends = np.concatenate([connecting.entry, connecting.exit])
     lanes = np.concatenate([connecting.entry_lane, connecting.exit_lane])
@@ -267,7 +264,7 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     one, other = number.reshape(2, -1)
     along = _along_roads(parts, keys)
     one, other = np.concatenate([one, along[0]]), np.concatenate([other, along[1]])
-    # Bicycle lanes that join lanes for cars fan out at their end.
+    # Bicycle lanes that join lanes for cars may fan out at their end.
     steeper = np.where(connecting.joins_cars, STEEPEST_JOIN / STEEPEST_WIDTH, 1.0)
     length = np.concatenate(
         [connecting.length * steeper, [room_for_tapers(item) for item in parts.length[along[2]].tolist()]]
@@ -277,7 +274,7 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
         again = (np.minimum(width[one] - before[one], width[other] - before[other]) < 0.0)[: len(connecting.length)]
         length[: len(again)] *= np.where(again, share, 1.0)
         # Rounding may take one end down by all of a step, and the other by nothing.
-        width = _reachable(before, one, other, np.maximum(length / _STEEPEST_NARROWING - 1 / step, 0.0))
+        width = _reachable(before, one, other, np.maximum(length / TAPER_PER_WIDTH - 1 / step, 0.0))
     narrowed = np.flatnonzero(width < before - _SAME_WIDTH)
     if not len(narrowed):
         return parts

@@ -1,7 +1,9 @@
-"""The outer edges of all lanes of roads that have one lane section, as those through junctions do; crossing lines."""
+"""The outer edges of roads whose sections all have the same lanes, as those through junctions; crossing lines."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import Final
 
@@ -21,7 +23,7 @@ from osm2xodr.curves import (
     starts,
 )
 from osm2xodr.geometry.junction_boundaries import defaults
-from osm2xodr.model import CubicProfile, FloatArray, IntArray, RoadMap
+from osm2xodr.model import CubicProfile, FloatArray, IntArray, Lane, LaneSection, RoadMap
 from osm2xodr.system import record
 
 # Lines are compared in parts of so many segments, whose bounding boxes overlap.
@@ -129,7 +131,7 @@ class Edges:
             if item.junction is not None and item.predecessor is not None and item.successor is not None
         )
         road = np.array(list(joined), np.int64)
-        lanes = [road_map.roads[k].lane_sections[0].lanes for k in road.tolist()]
+        lanes = [_whole_lanes(road_map.roads[k].lane_sections) for k in road.tolist()]
         number = np.array([lane.id for lane in chain.from_iterable(lanes)], np.int64)
         outer = [(min(item[-1].id, 0), max(item[0].id, 0)) for item in lanes]
         return cls(
@@ -153,6 +155,19 @@ class Edges:
         t = cubic_value(self.road_map.lane_offset, road, s) + np.where(left, wide, -wide)
         x, y, hdg = pose(self.road_map.plan_view, road, s)
         return np.column_stack([x - t * sine(hdg), y + t * cosine(hdg)])
+
+
+def _whole_lanes(sections: Sequence[LaneSection]) -> tuple[Lane, ...]:
+    """Return the lanes of a road all of whose sections have the same ones, with their widths along the road."""
+    first, *others = sections
+    if not others:
+        return first.lanes
+    return tuple(
+        replace(
+            lane, widths=tuple(replace(item, s=part.s + item.s) for part in sections for item in part.lanes[k].widths)
+        )
+        for k, lane in enumerate(first.lanes)
+    )
 
 
 def edge_lines(edges: Edges, edge: IntArray) -> Lines:
