@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,11 +145,30 @@ def test_tram_tracks_run_on_through_junctions(points: list[tuple[float, float]],
     by_place: dict[bool, float] = {True: 0.0, False: 0.0}
     inside = {road.id for road in world.road_map.roads if road.junction is not None}
     for item in found:
-        assert item.repeat is not None
-        by_place[item.road in inside] += item.repeat.length / 2
+        # Along roads they repeat; through junctions they are straight pieces.
+        assert (item.repeat is None) == (item.road in inside)
+        by_place[item.road in inside] += (item.length if item.repeat is None else item.repeat.length) / 2
+        assert item.width == pytest.approx(0.07)
     assert by_place[True] > 9.0
-    # Half a metre is missing at each end of a road.
-    assert sum(by_place.values()) == pytest.approx(length, abs=3.0)
+    assert sum(by_place.values()) == pytest.approx(length, abs=0.3)
+
+
+@EITHER
+@pytest.mark.parametrize("at_level", [True, False])
+def test_tram_tracks_cross_streets_at_shared_nodes_only(at_level: bool, rule: Rule) -> None:
+    track = thing(RoadsideKind.TRAM_TRACK, [(10.0, -30.0), (10.0, 0.0), (10.0, 30.0)], rule)
+    nodes = {"w": (-60.0, 0.0), "a": (10.0, 0.0), "e": (60.0, 0.0)}
+    case = Case(nodes, {1: ("w a e", "lanes=2 width=7")})
+    if at_level:
+        track = replace(track, node_ids=np.array([900, 1002, 902]))
+    world = world_of(case, rule, network=with_things(track))
+    found = placed(world)
+    assert len(found) == (2 if at_level else 0)
+    if at_level:
+        assert sorted(item.s for item in found) == pytest.approx([70.0 - 0.7175, 70.0 + 0.7175], abs=NEAR)
+        for item in found:
+            assert (item.t, abs(item.hdg), item.length) == pytest.approx((0.0, math.pi / 2, 7.0), abs=0.5)
+            assert item.repeat is None
 
 
 @EITHER

@@ -13,7 +13,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import ranks, repeated, running_lengths
+from osm2xodr.curves import (
+    arctan2,
+    cosine,
+    pose,
+    ranks,
+    repeated,
+    running_lengths,
+    sine,
+    unique_first,
+    wrapped,
+)
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import LaneAt, RoadsideFinder, RoadsidePlaces, World, pieces_on_road
@@ -63,6 +73,8 @@ _TREE_SPACING: Final = 10.0
 POINT_SPACING: Final = 3.0
 # Distance of those of lines on carriageways, m, so that they run on through junctions without gaps; a choice.
 _SPACING_ON_ROADS: Final = 0.5
+# Points nearer to each other are the same, m: rounding.
+_SAME_PLACE: Final = 1e-6
 # Shorter parts of lines are left out, m; a choice.
 SHORTEST_RUN: Final = 1.0
 # How far lines are moved at most to have fewer points, m; a choice.
@@ -150,6 +162,7 @@ def _points(thing: RoadsideThing) -> list[list[float]]:
 
 # Standard gauge, and width of the head of a grooved rail, m.
 _GAUGE: Final = 1.435
+_TRACK: Final = ("patch", "tramTrack", "tram track")
 _RAIL_WIDTH: Final = 0.07
 
 
@@ -162,15 +175,19 @@ def tram_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     tracks = [thing for thing in world.network.roadside if thing.kind is RoadsideKind.TRAM_TRACK]
     lines = [thing for thing in tracks if len(thing.points) > 1]
     half = 0.5 * (_GAUGE + _RAIL_WIDTH)
-    mapped = strips_on(finder, [thing.points for thing in lines], half)
+    streets = np.unique(np.concatenate([np.zeros(0, np.int64), *(item.node_ids for item in world.network.streets)]))
+    on_streets = [thing.points[np.isin(thing.node_ids, streets)] for thing in lines]
+    mapped, across = strips_on(finder, [thing.points for thing in lines], on_streets, half)
+    gauges = [thing.facts.gauge or _GAUGE for thing in lines]
     out: list[RoadObject] = []
     for strip in mapped:
-        out += _rails(world, strip, lines[strip.line].facts.gauge or _GAUGE, lines[strip.line].osm_id)
-    with_tracks = {strip.road for strip in mapped}
+        out += _rails(world, strip, gauges[strip.line], lines[strip.line].osm_id)
+    out += _rails_across(world, finder, across, gauges, [thing.osm_id for thing in lines])
+    with_tracks = {item.road for item in out}
     for k, street in enumerate(world.places.road_street.tolist()):
-        if k in with_tracks or not any(piece.tram for _, piece in world.network.streets[street].pieces):
-            continue
         road = world.road_map.roads[k].id
+        if road in with_tracks or not any(piece.tram for _, piece in world.network.streets[street].pieces):
+            continue
         for begin, end, attributes in pieces_on_road(world, world.network.streets[street], road):
             if attributes.tram:
                 for strip in _in_lanes(world, k, begin, end):
@@ -205,8 +222,32 @@ def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
 
 
 def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadObject]:
-    words, size = ("patch", "tramTrack", "tram track"), (_RAIL_WIDTH, 0.0)
-    return [object_along(world, strip, words, size, osm_id, side * gauge) for side in (0.5, -0.5)]
+    return [object_along(world, strip, _TRACK, (_RAIL_WIDTH, 0.0), osm_id, side * gauge) for side in (0.5, -0.5)]
+
+
+def _rails_across(
+    world: World, finder: RoadsideFinder, pieces: Sequence[Piece], gauges: Sequence[float], osm_ids: Sequence[str]
+) -> list[RoadObject]:
+    """Make rails along straight pieces of lines, each on the road that its middle lies on."""
+    rails = [(piece, side * gauges[piece.line]) for piece in pieces for side in (0.5, -0.5)]
+    if not rails:
+        return []
+    x0, y0, x1, y1, left = np.array([(*piece.begin, *piece.end, offset) for piece, offset in rails]).T
+    length, hdg = np.hypot(x1 - x0, y1 - y0), arctan2(y1 - y0, x1 - x0)
+    x, y = 0.5 * (x0 + x1) - left * sine(hdg), 0.5 * (y0 + y1) + left * cosine(hdg)
+    road, s, t = _on_any_road(finder, finder.places(x, y, 0.0), x, y)
+    on = np.flatnonzero(road >= 0)
+    turn = wrapped(hdg[on] - pose(world.road_map.plan_view, road[on], s[on])[2])
+    columns = (column.tolist() for column in (on, road[on], s[on], t[on], turn, length[on]))
+    return [
+        replace(
+            world.object_at(world.road_map.roads[k].id, _TRACK, at, across, osm_ids[rails[row][0].line]),
+            hdg=angle,
+            length=along,
+            width=_RAIL_WIDTH,
+        )
+        for row, k, at, across, angle, along in zip(*columns, strict=True)
+    ]
 
 
 @record
@@ -222,6 +263,16 @@ class Strip:
 
 
 @record
+class Piece:
+    """Straight part of a line on carriageways."""
+
+    line: int  # Index of the line
+    # x, y, m
+    begin: tuple[float, float]
+    end: tuple[float, float]
+
+
+@record
 class Run:
     """Consecutive points of a line that run along one road, in ascending s."""
 
@@ -229,6 +280,7 @@ class Run:
     road: int  # Index of the road
     s: FloatArray  # m
     t: FloatArray  # m
+    points: tuple[int, int] = 0, 0  # The first of the points and that behind the last
 
 
 def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_widths: Sequence[float]) -> list[Strip]:
@@ -247,44 +299,77 @@ def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_wid
     return _staying_off(finder, strips, half_widths)
 
 
-def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: float) -> list[Strip]:
-    """Cut lines (n, 2) to the carriageways on which they run with their half width, m, and on through junctions."""
-    line, x, y = _points_along(lines, _SPACING_ON_ROADS)
-    places = finder.places(x, y, -half_width)
-    on = places.road >= 0
-    places = _through_junctions(finder, line, x, y, places)
-    on |= np.isnan(places.left) & (places.road >= 0)
-    one_side = np.zeros(len(line), np.bool_)
-    return [strip for run in _runs(line, places, places.t, on, one_side) for strip in simplified(run)]
+def strips_on(
+    finder: RoadsideFinder, lines: Sequence[FloatArray], on_streets: Sequence[FloatArray], half_width: float
+) -> tuple[list[Strip], list[Piece]]:
+    """Cut lines (n, 2) to the carriageways on which they run with their half width, m.
 
-
-def _through_junctions(
-    finder: RoadsideFinder, line: IntArray, x: FloatArray, y: FloatArray, places: RoadsidePlaces
-) -> RoadsidePlaces:
-    """Give points that have no place outside of junctions one on a connecting road that runs along their line.
-
-    Of several roads that one is taken which the line follows farthest without a break.
+    Where they cross carriageways, or lead through junctions, they are straight pieces: if they run along a road next
+    to that, or one of their nodes that are `on_streets` as well, (m, 2), lies there. Others pass above or below.
     """
-    inside = np.flatnonzero(places.road < 0)
-    point, road, s, t = finder.on_connecting_roads(x[inside], y[inside])
-    point = inside[point]
-    order = np.lexsort((point, road))
-    point, road, s, t = point[order], road[order], s[order], t[order]
-    if not len(point):
-        return places
-    along = np.abs(np.diff(t)) <= _SLOPE_MAX * np.abs(np.diff(s))
-    linked = (np.diff(point) == 1) & (np.diff(road) == 0) & (line[point[1:]] == line[point[:-1]]) & along
-    begins = np.flatnonzero(np.concatenate([[True], ~linked]))
-    groups = sorted(np.split(np.arange(len(point)), begins[1:]), key=len, reverse=True)
-    columns = {name: np.array(getattr(places, name)) for name in ("road", "s", "t")}
-    for rows in groups:
-        free = rows[columns["road"][point[rows]] < 0]
-        columns["road"][point[free]], columns["s"][point[free]], columns["t"][point[free]] = (
-            road[free],
-            s[free],
-            t[free],
-        )
-    return replace(places, **columns)
+    line, x, y = _points_along(lines, _SPACING_ON_ROADS)
+    places = finder.places(x, y, 0.0)
+    inside = places.beyond <= -half_width
+    one_side = np.zeros(len(line), np.bool_)
+    runs = list(_runs(line, places, places.t, inside, one_side))
+    on = _on_any_road(finder, places, x, y)[0] >= 0
+    at_level = _are_among(line, x, y, on_streets)
+    # From each point to the next.
+    rest = on[1:] & on[:-1] & (line[1:] == line[:-1])
+    for run in runs:
+        first, stop = run.points
+        rest[first : stop - 1] = False
+        at_level[first] = at_level[stop - 1] = True
+    rows = np.flatnonzero(rest)
+    pieces = [
+        Piece(int(line[one]), (float(x[one]), float(y[one])), (float(x[other]), float(y[other])))
+        for part in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+        if len(part) and at_level[part[0] : part[-1] + 2].any()
+        for one, other in pairwise(_corners(x, y, int(part[0]), int(part[-1]) + 1))
+    ]
+    return [strip for run in runs for strip in simplified(run)], pieces
+
+
+def _are_among(line: IntArray, x: FloatArray, y: FloatArray, nodes: Sequence[FloatArray]) -> BoolArray:
+    """Say which points on lines are nodes of these, (n,); `nodes` are some of each line, (m, 2), m."""
+    out = np.zeros(len(line), np.bool_)
+    for k, some in enumerate(nodes):
+        first, stop = np.searchsorted(line, [k, k + 1])
+        apart = np.hypot(x[first:stop, None] - some[:, 0], y[first:stop, None] - some[:, 1])
+        out[first:stop] = (apart < _SAME_PLACE).any(axis=1)
+    return out
+
+
+def _on_any_road(
+    finder: RoadsideFinder, places: RoadsidePlaces, x: FloatArray, y: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the road that points lie on, -1 for none, s and t, (n,): outside junctions, else through them.
+
+    Of several it is the one whose reference line is nearest.
+    """
+    road, s, t = places.road.copy(), places.s.copy(), places.t.copy()
+    inside = np.flatnonzero(road < 0)
+    point, curve, along, across = finder.on_connecting_roads(x[inside], y[inside])
+    order = np.lexsort((curve, np.abs(across), point))
+    first = order[unique_first(point[order])[1]]
+    at = inside[point[first]]
+    road[at], s[at], t[at] = curve[first], along[first], across[first]
+    return road, s, t
+
+
+def _corners(x: FloatArray, y: FloatArray, first: int, last: int) -> list[int]:
+    """Return the points, from a first to a last one, that straight pieces lead between (Douglas and Peucker 1973)."""
+    kept, todo = {first, last}, [(first, last)]
+    while todo:
+        one, other = todo.pop()
+        dx, dy = x[other] - x[one], y[other] - y[one]
+        rows = slice(one, other + 1)
+        off = np.abs((x[rows] - x[one]) * dy - (y[rows] - y[one]) * dx)
+        worst = one + int(np.argmax(off))
+        if off[worst - one] > _TOLERANCE * np.hypot(dx, dy):
+            kept.add(worst)
+            todo += [(one, worst), (worst, other)]
+    return sorted(kept)
 
 
 def _points_along(lines: Sequence[FloatArray], spacing: float) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -326,7 +411,7 @@ def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray
         if s[-1] < s[0]:
             s, lateral = s[::-1], lateral[::-1]
         if s[-1] - s[0] >= SHORTEST_RUN:
-            yield Run(int(line[first]), int(places.road[first]), s, lateral)
+            yield Run(int(line[first]), int(places.road[first]), s, lateral, (first, end + 1))
 
 
 def simplified(run: Run) -> Iterator[Strip]:
