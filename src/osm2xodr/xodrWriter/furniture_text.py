@@ -294,6 +294,7 @@ def _size(value: float) -> str:
     return number(round(value, _SIZE_DECIMALS))
 
 
+@lru_cache(maxsize=10_000)
 def _positive(name: str, value: float) -> str:
     """Write a size as an attribute, if it is known: 0 is unknown, and not allowed since 1.7."""
     return "" if round(value, _SIZE_DECIMALS) <= 0.0 else f' {name}="{_size(value)}"'

@@ -100,7 +100,8 @@ class LaneWriter:
         """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
         head, text, users = self._heads.get(key) or self._head(key)
-        text += self._widths.get(lane.widths) or self._width(lane.widths)
+        if lane.widths:
+            text += self._widths.get(lane.widths) or self._width(lane.widths)
         if lane.road_mark is not None and not unmarked:
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None and lane.speed != limit:

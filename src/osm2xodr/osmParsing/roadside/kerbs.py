@@ -10,6 +10,8 @@ Lines across all streets are met with kerbs and outlines at once, in flat arrays
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set as AbstractSet
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -65,7 +67,7 @@ SAME_CARRIAGEWAY: Final = 0.5
 _DIGITS: Final = 1
 
 
-@record(eq=False)
+@dataclass(frozen=True, eq=False)
 class WayPieces:
     """Ways, cut into pieces where they meet."""
 
@@ -73,6 +75,16 @@ class WayPieces:
     node: IntArray  # (n,) Number of each node
     count: IntArray  # (m,) Number of nodes of each piece
     way: IntArray  # (m,) Index of the way of each piece
+
+    @cached_property
+    def samples(self) -> LineSamples:
+        """Points along all pieces, at most `BESIDE_SPACING` apart."""
+        return sample_lines(self.points, self.count, BESIDE_SPACING)
+
+    @cached_property
+    def piece_of_sample(self) -> IntArray:
+        """The piece that each of them is on."""
+        return owners(starts(self.count))[self.samples.node]
 
     def way_lengths(self, ways: int) -> FloatArray:
         """Return the lengths of so many ways, (ways,), m."""
@@ -136,11 +148,10 @@ def stations_near(
     ways: Sequence[RawWay], pieces: WayPieces, usable: BoolArray, ends: FloatArray
 ) -> StationsOfWays | None:
     """Return places along the `usable` ways, (ways,), near `ends` (n, 2), m, and off the mouths of other streets."""
-    samples = sample_lines(pieces.points, pieces.count, BESIDE_SPACING)
-    piece = owners(starts(pieces.count))[samples.node]
+    samples, piece = pieces.samples, pieces.piece_of_sample
     way = pieces.way[piece]
     near = near_each_other(samples.points, ends, 2.0 * KERB_REACH)[0]
-    used = np.flatnonzero(near & usable[way] & ~_in_kerb_returns(ways, pieces, samples, piece))
+    used = np.flatnonzero(near & usable[way] & ~_in_kerb_returns(ways, pieces))
     if not len(used):
         return None
     layers, with_near = np.zeros(len(ways), np.int64), sorted_unique(way[near])
@@ -169,8 +180,9 @@ def segments_of(ways: Sequence[RawWay], nodes: RawNodes, points: FloatArray) -> 
     return Segments.of_lines(found, layers)
 
 
-def _in_kerb_returns(ways: Sequence[RawWay], pieces: WayPieces, samples: LineSamples, piece: IntArray) -> BoolArray:
-    """Return which points along ways lie within `KERB_RETURN_LENGTH` of where three streets meet, (n,)."""
+def _in_kerb_returns(ways: Sequence[RawWay], pieces: WayPieces) -> BoolArray:
+    """Return which samples of ways lie within `KERB_RETURN_LENGTH` of where three streets meet, (n,)."""
+    samples, piece = pieces.samples, pieces.piece_of_sample
     last = np.cumsum(pieces.count) - 1
     ends = np.column_stack([pieces.node[last - pieces.count + 1], pieces.node[last]])
     with_returns = np.array([way.tags["highway"] not in _WITHOUT_RETURNS for way in ways], np.bool_)[pieces.way]
