@@ -233,12 +233,12 @@ def test_strips_inside_of_a_bend_end_before_its_centre(radius: float, left: floa
 
 
 def test_no_strip_folds_inside_of_a_bend_whatever_lies_beyond_its_centre() -> None:
-    """A bend of 5 m by 149 degrees, whose gap goes on past its centre, 5 m north of its start, to a lane there."""
+    """A bend of 5 m by 149 degrees, whose gap goes on past its centre to lanes 1.5 m north and 1 m west of it."""
     radius, turn = 5.0, 2.6
     length = radius * turn
     x, y = radius * math.sin(turn), radius * (1.0 - math.cos(turn))
     onward = (x, y, x + 5.0 * math.cos(turn), y + 5.0 * math.sin(turn))
-    lines: list[Line] = [(0, 0, length, 0), onward, (-1.0, -3, -1.0, 14), (-5, 6.5, 14, 6.5), (0, 0, -4, 0)]
+    lines: list[Line] = [(0, 0, length, 0), onward, (-2.5, -3, -2.5, 14), (-5, 8.0, 14, 8.0), (0, 0, -4, 0)]
     roads = connecting(lines)
     curvature = np.array([1.0 / radius, *np.zeros(len(lines) - 1)])
     floor = lay_floor(replace(roads, plan_view=replace(roads.plan_view, curvature=curvature)), Rule.RIGHT_HAND)

@@ -29,6 +29,7 @@ class LaneEdges:
     right_start: FloatArray
     right_end: FloatArray
     longest: FloatArray  # (roads,) How many times as long as the reference line they are in the sharpest bend, or 1
+    bend: FloatArray  # (roads,) The largest rate at which one of them turns along the reference line, 1/m
 
     def on_arms(self, roads: ConnectingRoads, rows: IntArray) -> tuple[IntArray, BoolArray, FloatArray, FloatArray]:
         """Return the road ends that some roads (k,) touch, first with their starts, then with their ends, all (2 k,).
@@ -65,7 +66,11 @@ class LaneEdges:
         )
         outside = -to_right * np.maximum(out[0], out[2]), -to_left * np.minimum(out[1], out[3])
         longest = 1.0 + np.maximum(np.maximum(*outside), 0.0)
-        return cls(np.maximum(roads.length, 1e-6), roads.change_start(), out[0], out[2], out[1], out[3], longest)
+        length, change_start = np.maximum(roads.length, 1e-6), roads.change_start()
+        change = np.maximum(np.abs(out[2] - out[0]), np.abs(out[3] - out[1]))
+        # A smooth step bends most at both ends.
+        bend = np.maximum(-to_right, to_left) * longest + 6.0 * change / (length - change_start) ** 2
+        return cls(length, change_start, out[0], out[2], out[1], out[3], longest, bend)
 
     def at(self, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and the right edge at s of roads, all (n,), m."""
@@ -116,8 +121,17 @@ class CrossSections(Table):
 
         Where their edges are farther apart than `_MOST_APART` times that in a bend, these are closer.
         """
-        closer = np.maximum(edges.longest[rows] / _MOST_APART, 1.0)
-        road, s = places_along(roads.plan_view, spacing / closer, rows)
+        return cls._at(roads, edges, spacing / np.maximum(edges.longest[rows] / _MOST_APART, 1.0), rows)
+
+    @classmethod
+    def few(cls, roads: ConnectingRoads, edges: LaneEdges, off: float, rows: IntArray) -> CrossSections:
+        """Return cross sections of some roads, between which the edges are at most so far off straight lines, m."""
+        return cls._at(roads, edges, np.sqrt(8.0 * off / np.maximum(edges.bend[rows], 1e-9)), rows)
+
+    @classmethod
+    def _at(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: FloatArray, rows: IntArray) -> CrossSections:
+        """Return cross sections of some roads, (k,), at most `spacing` (k,) apart, m."""
+        road, s = places_along(roads.plan_view, spacing, rows)
         plan = roads.plan_view
         record = find_record(plan.start, plan.s, road, s)
         ds, rate = s - plan.s[record], plan.rate[record]

@@ -6,9 +6,11 @@ from typing import Final
 
 # Size of the cells in which gaps between lanes are looked for, m. A choice of speed; their edges are found exactly.
 GAP_CELL: Final = 0.4
-# How much narrower lanes are drawn than they are, on both sides, m, to show narrow slits. A choice: with less than
-# half a cell, lanes that touch stay closed nearly everywhere.
-GAP_INSET: Final = 0.18
+# Lanes are drawn so much wider on both sides, m: a slit of twice that is none. A choice.
+GAP_CLOSED: Final = 0.02
+# How far edges of lanes may be off the straight lines that they are drawn with, m. A choice: less than
+# that.
+GAP_CHORD: Final = 0.01
 # Gaps stay open that have less area clear of the edges, m²: half a cell. A choice: narrow slits show in few cells.
 GAP_LEAST_AREA: Final = 0.08
 # Gaps of more area are blocks between roads, not parts of a junction, m². A choice.

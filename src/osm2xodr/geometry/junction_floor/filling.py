@@ -8,19 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import Table, join_tables, ranks, unique_all, unique_first, unique_inverse
+from osm2xodr.curves import Table, join_tables, ranks, sorted_unique, unique_all, unique_first, unique_inverse
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import defaults
+from osm2xodr.geometry.junction_floor.cells import FACE
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.junction_floor.faces import Faces
 from osm2xodr.geometry.junction_floor.gaps import (
-    FACE,
-    POINTS_PER_CELL,
     RAY_STEP,
     Grids,
     Rays,
     cast_rays,
     find_gaps,
+    gaps_left,
     meet,
     room_inside,
 )
@@ -34,11 +34,11 @@ _DECIMALS: Final = 3
 # Between strips, m: keeps their places apart on one axis.
 _APART: Final = 1.0
 
+# Distance of the cross sections that strips begin at, m: below a cell's size, none is missed (below 1 / √2).
+_SPACING: Final = 0.7 * defaults.GAP_CELL
 # So often gaps are looked for, and each gets at most so many strips.
 _PASSES: Final = 2
 _MOST_STRIPS: Final = 4
-# Gaps are looked for again beside strips of more area in a junction, m².
-_LARGE_STRIPS: Final = 0.5
 # So many cross sections at once a strip goes on where its gap becomes narrower than this, m: cells do not show the
 # gap's tip, nor a narrow slit.
 _GOES_ON: Final = 11
@@ -46,7 +46,7 @@ _NARROW: Final = 1.5
 # Where a strip becomes narrower by more than this at once, m, it does so this much later, m, two cross sections on a
 # line: cells do not show how far a lane beside it is.
 _STEP: Final = 0.3
-_LATER: Final = 2.0 * POINTS_PER_CELL * defaults.GAP_CELL
+_LATER: Final = 2.0 * _SPACING
 # About so many cross sections are looked at together, those of whole junctions: few enough for a processor's cache.
 _AT_ONCE: Final = 100_000
 # Strips may reach so far beyond the outermost lanes of an arm where these end, m, and farther by as much as they are
@@ -63,6 +63,10 @@ def width_records(
     that are less than those before and behind them become the lesser of these.
     """
     width = _without_dips(strip, width)
+    # Of places without width, only those next to some and both ends of strips say anything.
+    some = np.pad(width > 0.0, 1)
+    some = some[1:-1] | some[:-2] | some[2:] | _is_end(strip)
+    strip, s, width = strip[some], s[some], width[some]
     last = np.append(np.diff(strip) > 0, True)
     # At the end of a road up, so that no width falls below 0 before it.
     s = np.where(last, np.ceil(s * 10**_DECIMALS) / 10**_DECIMALS, np.round(s, _DECIMALS))
@@ -96,9 +100,7 @@ def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float)
 
     In each round every other one of each strip is tried, odd and even ones in turn: no strip changes another one.
     """
-    ends = np.diff(strip, prepend=-1) > 0
-    ends[:-1] |= ends[1:]
-    ends[-1:] = True
+    ends = _is_end(strip)
     # All strips one behind the other on one axis.
     begin = np.flatnonzero(np.diff(strip, prepend=-1))
     size = s[np.append(begin[1:], len(s)) - 1] + _APART
@@ -118,6 +120,12 @@ def _needed(strip: IntArray, s: FloatArray, width: FloatArray, tolerance: float)
         failed = 0 if good.any() else failed + 1
         phase = 1 - phase
     return keep
+
+
+def _is_end(strip: IntArray) -> BoolArray:
+    """Say which rows are the first or the last ones of their strips, which ascend, (n,)."""
+    begins = np.diff(strip, prepend=-1, append=np.iinfo(np.int64).max) > 0
+    return begins[:-1] | begins[1:]
 
 
 @record(eq=False)
@@ -184,7 +192,7 @@ def lay_floor(
 
 def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
     """Return the indices of roads in ascending order, some whole junctions in each batch."""
-    size = np.bincount(junction, roads.length / (POINTS_PER_CELL * defaults.GAP_CELL) + 2)
+    size = np.bincount(junction, roads.length / _SPACING + 2)
     batch = ((np.cumsum(size) - size) // _AT_ONCE).astype(np.int64)[junction]
     order = np.argsort(batch, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(batch[order])) + 1)
@@ -204,32 +212,31 @@ def _laid(
 
     `rows` are the roads of some whole junctions, and `junction_of` is theirs; `cars` (roads,) are for motor vehicles.
     """
-    sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
-    in_loops, loops_paved = fill_loops(sections, loops)
-    sections = sections.widened(in_loops, loops_paved)
+    outline = CrossSections.few(roads, edges, defaults.GAP_CHORD, rows)
+    outline = outline.widened(*fill_loops(outline, loops))
     known, number = unique_inverse(junction_of)
     faces = faces.within(known)
-    junction = number[np.searchsorted(rows, sections.road)]
-    grids = find_gaps(sections, junction, faces)
+    junction = number[np.searchsorted(rows, outline.road)]
+    grids = find_gaps(outline, junction, faces)
     islands = [(hole, gap) for hole, gap in find_holes(grids, cars) if is_island(hole)]
     grids = grids.without_pavement(np.array([gap for _, gap in islands], np.int64))
-    width, paved, with_gap = _strips(grids, sections, junction, roads, edges)
+    in_loops = loops.road[np.isin(loops.road, rows)]
+    near = sorted_unique(np.concatenate([in_loops, grids.beside_gaps(outline, junction)]))
+    sections = CrossSections.of(roads, edges, _SPACING, near)
+    junction = number[np.searchsorted(rows, sections.road)]
     # These are whole, whatever cells show where their cross sections are far from each other.
-    fixed = in_loops > 0.0
-    width, paved = np.where(fixed, in_loops, width), np.where(fixed, loops_paved, paved)
-    for _ in range(_PASSES - 1):
-        # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
-        again = np.flatnonzero(with_gap[junction])
-        if not len(again):
-            break
-        here = sections.chosen(again).widened(width[:, again], paved[:, again])
-        junctions, renumbered = np.flatnonzero(with_gap), (np.cumsum(with_gap) - 1)[junction[again]]
-        found = find_gaps(here, renumbered, faces.within(junctions))
-        more, of_these, left = _strips(found, here, renumbered, roads, edges)
-        more[fixed[:, again]] = 0.0
-        paved[:, again] = np.where(more > width[:, again], of_these, paved[:, again])
-        width[:, again] += more
-        with_gap[junctions] = left
+    width, paved = fill_loops(sections, loops)
+    fixed = width > 0.0
+    for again in range(_PASSES):
+        if again:
+            # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
+            sections = sections.widened(width, paved)
+            grids.draw_strips(sections, junction)
+            grids = gaps_left(grids)
+        more, of_these = _strips(grids, sections, junction, roads, edges)
+        more[fixed] = 0.0
+        paved = np.where(more > width, of_these, paved)
+        width = width + more
     used = _of_roads_with_strips(width, sections)
     sections, width = sections.chosen(used), width[:, used]
     # What is open to the side where the lanes of an arm end stays so.
@@ -240,34 +247,33 @@ def _laid(
 
 def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
     """Return the indices of the cross sections of all roads beside which there is any strip, (m,)."""
-    with_strip = np.zeros(int(sections.road.max()) + 1, bool)
+    with_strip = np.zeros(int(sections.road.max(initial=-1)) + 1, bool)
     with_strip[sections.road[width.any(axis=0)]] = True
     return np.flatnonzero(with_strip[sections.road])
 
 
 def _strips(
     grids: Grids, sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
-) -> tuple[FloatArray, BoolArray, BoolArray]:
-    """Return the widths of strips, left and right (2, n), m, which are paved, and which junctions have large ones."""
+) -> tuple[FloatArray, BoolArray]:
+    """Return the widths of strips, left and right (2, n), m, and which are paved."""
     width, paved = np.zeros((2, len(sections.s))), np.ones((2, len(sections.s)), bool)
-    if not grids.gap.any():
-        return width, paved, np.zeros(len(grids.wide), bool)
     rays = cast_rays(grids, sections, junction)
     for _ in range(_MOST_STRIPS):
-        end = rays.ends(grids)
+        if not len(rays.gap):
+            break
+        end, met = rays.ends(grids)
         best = _largest(rays, end, sections)
         if not best.any():
             break
-        strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
+        strip = _Strips.along(rays.chosen(best), end[best], met[best], grids, sections, roads, edges)
         for part in (strip, _continued(strip, sections, roads, edges)):
             np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
             paved[part.row[~part.paved], part.section[~part.paved]] = False
-        _close(rays.chosen(best), end[best], grids)
+        rays.chosen(best).close(end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
-    area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
     rows = _of_roads_with_strips(width, sections)
     width[:, rows] = _with_late_steps(width[:, rows], sections.chosen(rows))
-    return width, paved, area >= _LARGE_STRIPS
+    return width, paved
 
 
 def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
@@ -288,7 +294,7 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     Of edges that see as much, the longest one is best: rays from there end at the gap's tips, not before them.
     """
     k = rays.section
-    middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
+    middle = sections.edge(rays.side, k) + rays.side * (rays.first + end - 1) * (RAY_STEP / 2)
     size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
     key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
     kinds, first, kind, _ = unique_all(key)
@@ -299,13 +305,6 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     good = np.zeros(len(kinds), bool)
     good[largest] = total[largest] >= defaults.GAP_LEAST_AREA
     return np.asarray(good[kind])
-
-
-def _close(rays: Rays, end: IntArray, grids: Grids) -> None:
-    """Mark the cells on rays within their gaps as covered, by no lane."""
-    steps = np.arange(rays.cells.shape[1])
-    cells = rays.cells[(steps >= rays.first[:, None]) & (steps < end[:, None])]
-    grids.gap[cells] = 0
 
 
 @record(eq=False)
@@ -323,16 +322,16 @@ class _Strips(Table):
         cls,
         rays: Rays,
         end: IntArray,
+        other: IntArray,
         grids: Grids,
         sections: CrossSections,
         roads: ConnectingRoads,
         edges: LaneEdges,
     ) -> _Strips:
-        """Return strips along rays as far as the lanes behind the gap."""
-        other = rays.roads_at(end, grids)
-        reach, _ = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        """Return strips along rays as far as the lanes behind the gap, or another one where these end."""
+        reach, _ = meet(rays.section, rays.side, end * RAY_STEP, other, sections, roads, edges)
         at = np.flatnonzero(other == FACE)
-        if grids.faces is not None and len(at):
+        if len(at):
             k, sign = rays.section[at], rays.side[at]
             edge, dx, dy = sections.edge(sign, k), sections.nx[k], sections.ny[k]
             begin = sections.x[k] + edge * dx, sections.y[k] + edge * dy

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,33 +18,37 @@ from osm2xodr.curves import (
     ranks,
     repeated,
     runs,
+    sorted_unique,
     starts,
+    unique_first,
 )
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junction_floor import defaults
-from osm2xodr.geometry.junction_floor.cells import draw_across
+from osm2xodr.geometry.junction_floor.cells import (
+    FACE,
+    FREE,
+    PAVED,
+    STRIP,
+    close_gaps,
+    draw_pieces,
+    gaps_beside,
+    walk_gaps,
+)
 from osm2xodr.geometry.junction_floor.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.junction_floor.faces import Faces
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.system import record
 
-# Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
-POINTS_PER_CELL: Final = 0.7
-# Share of their width by which narrow lanes are drawn narrower on both sides at most. A choice.
-_INSET_SHARE: Final = 0.4
-# What cells hold that no lane covers: nothing, a strip of an island, or a paved one.
-FREE: Final = -1
-STRIP: Final = -2
-PAVED: Final = -3
-# The end face of a carriageway.
-FACE: Final = -4
 # Cells around the lanes of a junction: outside.
 _BORDER: Final = 4
 
-# Distance of places on a ray, m, and how many of them a gap may begin behind: cells that an edge runs through are
+# Distance of places on a ray, m, and how many of them a gap may begin behind: cells that an edge runs through may be
 # covered.
 RAY_STEP: Final = 0.5 * defaults.GAP_CELL
 _FIRST: Final = 4
+# Lanes from whose edge a ray may meet a gap at once have a cell of it within this distance, m: a ray's place may lie
+# in the corner of a cell.
+_BESIDE: Final = _FIRST * RAY_STEP + 0.75 * defaults.GAP_CELL
 # How near strips come to the centre of a bend, where cross sections meet, as a share of its radius and at most, m.
 _LEAST_SHARE: Final = 0.15
 _LEAST_RADIUS: Final = 0.1
@@ -56,48 +60,31 @@ _ROUNDS: Final = 2
 
 
 @record(eq=False)
-class Runs:
+class Runs(Table):
     """Runs of cells in rows of grids, (n,)."""
 
-    area: IntArray  # The area that they belong to, ascending
     grid: IntArray
     # The first cell and that behind the last
     first: IntArray
     last: IntArray
+    area: IntArray  # The area of connected cells that they belong to
 
 
 @record(eq=False)
 class Grids:
-    """A grid of cells for each of J junctions, one behind the other, and cross sections in them."""
+    """A grid of cells for each of J junctions, one behind the other."""
 
     start: IntArray  # (J + 1,) Index of each junction's first cell
     wide: IntArray  # (J,) How many cells it has from west to east
-    # (cells,) The connecting road whose lanes cover each, one of several, or `FREE`, `STRIP`, `PAVED` or `FACE`
-    road: NDArray[np.int32]
-    # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
-    gap: NDArray[np.int32]
     corner: IntArray  # (J, 2) Column and row of each grid's first cell, counted from the origin
-    # (n,) Cross sections in cells from the corner of their grid: where they are, and the direction of t for one metre
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    nx: NDArray[np.float32]
-    ny: NDArray[np.float32]
-    # (n,) Their grid: its first cell, that behind its last, and how many cells it is wide
-    first: NDArray[np.int32]
-    end: NDArray[np.int32]
-    across: NDArray[np.int32]
-    holes: Runs | None = None  # What may be islands
-    faces: Faces | None = None  # What else bounds gaps
-    # By number of the gap: whether it is part of the carriageway, not of an island; [0] is none
-    paved: BoolArray = field(default_factory=lambda: np.zeros(1, bool))
-
-    def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
-        """Return the cells at t, m, (steps, n), of the k-th cross sections, (n,); t is at most a cell off lanes."""
-        column, row = self._places(k, t)
-        row *= self.across[k]
-        row += self.first[k]
-        row += column
-        return row
+    # (cells,) The connecting road whose lanes cover each, one of several, or what `cells` has for others
+    cells: NDArray[np.int32]
+    faces: Faces  # What else bounds gaps
+    holes: Runs  # What may be islands, area after area
+    # (cells of gaps,) Their indices, and the number of the gap
+    gaps: IntArray
+    number: IntArray
+    paved: BoolArray  # By number of the gap: whether it is part of the carriageway, not of an island; [0] is none
 
     def without_pavement(self, gaps: IntArray) -> Grids:
         """Return them with some gaps, by their numbers, that are islands."""
@@ -105,80 +92,94 @@ class Grids:
         paved[gaps] = False
         return replace(self, paved=paved)
 
-    def cells_far(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
-        """Return the cells at any t; where that is beyond the grid, its first cell, which is outside of all lanes."""
-        column, row = self._places(k, t)
-        first, across = self.first[k], self.across[k]
-        cell = first + row * across + column
-        within = (column >= 0) & (column < across) & (row >= 0) & (cell < self.end[k])
-        return np.where(within, cell, first)
+    def places(self, sections: CrossSections, junction: IntArray) -> tuple[FloatArray, IntArray]:
+        """Return column and row in their grids of cross sections in junctions, and how they grow with t, (4, n).
 
-    def _places(self, k: IntArray, t: NDArray[np.float32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Return columns and rows in the grids at t, m, (steps, n), of the k-th cross sections, (n,)."""
-        at = t * self.nx[k]
-        at += self.x[k]
-        column = at.astype(np.int32)
-        np.multiply(t, self.ny[k], out=at)
-        at += self.y[k]
-        return column, at.astype(np.int32)
+        And these grids, as `cells` takes them, (3, n).
+        """
+        out = np.array([sections.x, sections.y, sections.nx, sections.ny]) / defaults.GAP_CELL
+        out[:2] -= self.corner.T[:, junction]
+        return out, np.array([self.start[:-1], self.start[1:], self.wide])[:, junction]
 
-    def draw(self, low: FloatArray, high: FloatArray, value: NDArray[np.int32]) -> None:
-        """Write values into the cells of cross sections from t = low to t = high, m, all (n,)."""
-        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int16)
-        order = np.argsort(count, kind="stable")
-        order = order[np.searchsorted(count[order], 0, side="right") :]
-        begin, end, grid = low.astype(np.float32), high.astype(np.float32), (self.first, self.across)
-        # Cross sections of equal width at once.
-        for equal in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
-            shares = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)
-            draw_across(equal, shares, begin, end, self.x, self.y, self.nx, self.ny, *grid, value, self.road)
+    def draw(
+        self, sections: CrossSections, junction: IntArray, low: FloatArray, high: FloatArray, value: IntArray
+    ) -> BoolArray:
+        """Write values into the cells without lanes from t = low to t = high, m, between cross sections, all (n,).
+
+        Return between which of them and the next lies a cell of a gap, (n,).
+        """
+        found, wide = np.zeros(len(junction), bool), low < high
+        pieces = np.flatnonzero((sections.road[:-1] == sections.road[1:]) & (wide[:-1] | wide[1:]))
+        places, t, values = self.places(sections, junction), np.array([low, high]), value.astype(np.int32)
+        draw_pieces(pieces, places[0], t, places[1], values, self.cells, found, np.empty((5, 2)))
+        return found
+
+    def draw_strips(self, sections: CrossSections, junction: IntArray) -> None:
+        """Draw strips beside lanes into cells without these."""
+        left, right = sections.left, sections.right
+        for low, high, paved in (
+            (left, left + sections.more_left, sections.paved_left),
+            (right - sections.more_right, right, sections.paved_right),
+        ):
+            self.draw(sections, junction, low, high, np.where(paved, PAVED, STRIP))
+
+    def beside_gaps(self, sections: CrossSections, junction: IntArray) -> IntArray:
+        """Return the roads beside whose lanes there may be a gap, ascending."""
+        holed = np.zeros(len(self.wide), bool)
+        holed[np.searchsorted(self.start, self.gaps, side="right") - 1] = True
+        near = np.flatnonzero(holed[junction])
+        sections, nothing = sections.chosen(near), np.full(len(near), FREE)
+        low, high = sections.right - _BESIDE, sections.left + _BESIDE
+        return sorted_unique(sections.road[self.draw(sections, junction[near], low, high, nothing)])
 
 
 def find_gaps(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:
     """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,).
 
-    `faces` bound gaps as lanes do. Gaps are paved but for what is left beside a strip of an island.
+    `faces` and strips bound gaps as lanes do, and all gaps are paved.
     """
     grids = _empty_grids(sections, junction, faces)
-    _draw(grids, sections, faces)
-    owner, first, last = _free_runs(grids)
-    area = _connected(grids, owner, first, last)
-    size = np.bincount(area, last - first)
+    place = np.floor(np.column_stack([faces.x, faces.y]) / defaults.GAP_CELL).astype(np.int64)
+    column, row = (place - grids.corner[faces.junction]).T
+    grids.cells[grids.start[faces.junction] + row * grids.wide[faces.junction] + column] = FACE
+    low, high = sections.right - defaults.GAP_CLOSED, sections.left + defaults.GAP_CLOSED
+    grids.draw(sections, junction, low, high, sections.road)
+    grids.draw_strips(sections, junction)
+    found = _free_runs(grids)
+    size = np.bincount(found.area, found.last - found.first) * defaults.GAP_CELL**2
     # The first area of each grid is that of its corner, which is outside.
-    outside = area[np.searchsorted(owner, np.arange(len(grids.wide)))]
-    good = (size >= defaults.GAP_LEAST_AREA / defaults.GAP_CELL**2) & (
-        size <= defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
+    size[found.area[np.searchsorted(found.grid, np.arange(len(grids.wide)))]] = 0.0
+    some = (size >= defaults.ISLAND_LEAST_AREA) & (size <= defaults.ISLAND_LARGEST_AREA)
+    holes = found.chosen(some[found.area])
+    grids = replace(grids, holes=holes.chosen(np.argsort(holes.area, kind="stable")))
+    gaps = found.chosen(((size >= defaults.GAP_LEAST_AREA) & (size <= defaults.GAP_LARGEST_AREA))[found.area])
+    return _with_gaps(grids, gaps, np.ones(len(gaps.area), bool))
+
+
+def gaps_left(grids: Grids) -> Grids:
+    """Return grids with what is left of their gaps beside the strips that were drawn since."""
+    value = grids.cells[grids.gaps]
+    left = np.flatnonzero((value == FREE) | (value < FACE))
+    cells = grids.gaps[left]
+    first, last = np.diff(cells, prepend=-2) != 1, np.diff(cells, append=-2) != 1
+    grid = np.searchsorted(grids.start, cells[first], side="right") - 1
+    return _with_gaps(
+        grids, _connected(grids, grid, cells[first], cells[last] + 1), grids.paved[grids.number[left[first]]]
     )
-    good[outside] = False
-    large = (size >= defaults.ISLAND_LEAST_AREA / defaults.GAP_CELL**2) & (
-        size <= defaults.ISLAND_LARGEST_AREA / defaults.GAP_CELL**2
-    )
-    large[outside] = False
-    some = np.flatnonzero(large[area])
-    some = some[np.argsort(area[some], kind="stable")]
-    holes = Runs(area[some], owner[some], first[some], last[some])
-    number = np.where(good, np.cumsum(good), 0)[area]
-    rows = np.flatnonzero(number)
-    count = (last - first)[rows]
-    cells, of = runs(first[rows], count), np.repeat(number[rows], count)
-    grids.gap[cells] = of
-    wide = np.repeat(grids.wide[owner[rows]], count)
-    paved = np.append(False, np.ones(int(good.sum()), bool))
-    paved[of[_beside(grids, cells, wide, STRIP)]] = False
-    return replace(grids, holes=holes, faces=faces, paved=paved)
 
 
-def _beside(grids: Grids, cells: IntArray, wide: IntArray, wanted: int) -> BoolArray:
-    """Say beside which cells lies one that holds what is `wanted`, (n,); their grids are `wide` (n,)."""
-    out = np.zeros(len(cells), bool)
-    for step in (-1, 1, -wide, wide):
-        out |= grids.road[cells + step] == wanted
-    return out
+def _with_gaps(grids: Grids, gaps: Runs, paved: BoolArray) -> Grids:
+    """Return grids with gaps that consist of runs, (n,), which are paved or not."""
+    areas, begin = unique_first(gaps.area)
+    count = gaps.last - gaps.first
+    cells, number = runs(gaps.first, count), np.repeat(np.searchsorted(areas, gaps.area) + 1, count)
+    grids.cells[cells] = FACE - number
+    return replace(grids, gaps=cells, number=number, paved=np.append(False, paved[begin]))
 
 
-def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the runs of free cells in the rows of all grids: their grid, first cell and that behind their last."""
-    free = grids.road == FREE
+def _free_runs(grids: Grids) -> Runs:
+    """Return the runs of free cells in the rows of all grids."""
+    free = grids.cells == FREE
     change = np.empty(len(free) + 1, bool)
     change[0] = change[-1] = True
     np.not_equal(free[1:], free[:-1], out=change[1:-1])
@@ -188,16 +189,16 @@ def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
     border = np.flatnonzero(change)
     kept = np.flatnonzero(free[border[:-1]])
     first, last = border[kept], border[kept + 1]
-    return np.searchsorted(grids.start, first, side="right") - 1, first, last
+    return _connected(grids, np.searchsorted(grids.start, first, side="right") - 1, first, last)
 
 
-def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -> IntArray:
-    """Return the areas that runs belong to, numbered from 0 in the order of their first runs, (n,)."""
+def _connected(grids: Grids, grid: IntArray, first: IntArray, last: IntArray) -> Runs:
+    """Return runs with the areas that they belong to, numbered from 0 in the order of their first runs."""
     # Those of the next row that overlap with a run; none below the last row, where grids are free from side to side.
-    below = np.minimum(first + grids.wide[owner], grids.start[owner + 1]), last + grids.wide[owner]
+    below = np.minimum(first + grids.wide[grid], grids.start[grid + 1]), last + grids.wide[grid]
     begin = np.searchsorted(last, below[0], side="right")
-    count = np.searchsorted(first, np.minimum(below[1], grids.start[owner + 1])) - begin
-    return connected_groups(len(first), repeated(count), runs(begin, count))
+    count = np.searchsorted(first, np.minimum(below[1], grids.start[grid + 1])) - begin
+    return Runs(grid, first, last, connected_groups(len(first), repeated(count), runs(begin, count)))
 
 
 def _empty_grids(sections: CrossSections, junction: IntArray, faces: Faces) -> Grids:
@@ -215,31 +216,10 @@ def _empty_grids(sections: CrossSections, junction: IntArray, faces: Faces) -> G
         np.maximum.at(high[k], faces.junction, v / defaults.GAP_CELL)
     low = np.floor(low) - _BORDER
     wide, deep = (np.ceil(high - low) + _BORDER).astype(np.int64)
-    start = starts(wide * deep)
-    road = np.full(int(start[-1]), FREE, np.int32)
-    places = (
-        (sections.x / defaults.GAP_CELL - low[0, junction]).astype(np.float32),
-        (sections.y / defaults.GAP_CELL - low[1, junction]).astype(np.float32),
-        (sections.nx / defaults.GAP_CELL).astype(np.float32),
-        (sections.ny / defaults.GAP_CELL).astype(np.float32),
-        *(column[junction].astype(np.int32) for column in (start[:-1], start[1:], wide)),
-    )
-    return Grids(start, wide, road, np.zeros(len(road), np.int32), low.T.astype(np.int64), *places)
-
-
-def _draw(grids: Grids, sections: CrossSections, faces: Faces) -> None:
-    """Draw end faces, strips, then lanes into the grids."""
-    place = np.floor(np.column_stack([faces.x, faces.y]) / defaults.GAP_CELL).astype(np.int64)
-    column, row = (place - grids.corner[faces.junction]).T
-    grids.road[grids.start[faces.junction] + row * grids.wide[faces.junction] + column] = FACE
-    left, right = (
-        np.where(item, PAVED, STRIP).astype(np.int32) for item in (sections.paved_left, sections.paved_right)
-    )
-    grids.draw(sections.left, sections.left + sections.more_left, left)
-    grids.draw(sections.right - sections.more_right, sections.right, right)
-    # The tips of sidewalks are narrower than that.
-    inset = np.minimum(defaults.GAP_INSET, _INSET_SHARE * (sections.left - sections.right))
-    grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))
+    start, none = starts(wide * deep), np.zeros(0, np.int64)
+    cells = np.full(int(start[-1]), FREE, np.int32)
+    holes = Runs(none, none, none, none)
+    return Grids(start, wide, low.T.astype(np.int64), cells, faces, holes, none, none, np.zeros(1, bool))
 
 
 @record(eq=False)
@@ -250,45 +230,41 @@ class Rays(Table):
     section: IntArray
     side: IntArray
     gap: IntArray  # (n,) Number of the gap
-    cells: NDArray[np.int32]  # (n, steps) Cells on the way
-    first: IntArray  # (n,) Index of the first place within the gap
-    room: IntArray  # (n,) Index of the first place that is too far away
+    places: FloatArray  # (n, 4) Column and row in their grids where they begin, and how much these grow with a step
+    grids: IntArray  # (n, 3) What these are, as `cells` takes it
+    first: IntArray  # (n,) The first step within the gap
+    last: IntArray  # (n,) The first step that is too far away
 
-    def ends(self, grids: Grids) -> IntArray:
-        """Return the index of the first place behind each gap (of the first one within, where it is closed), (n,)."""
-        steps = np.arange(self.cells.shape[1])
-        left = (grids.gap[self.cells] != self.gap[:, None]) & (steps >= self.first[:, None])
-        left |= steps >= self.room[:, None]
-        left[:, -1] = True
-        end: IntArray = left.argmax(axis=1)
-        return end
+    def ends(self, grids: Grids) -> tuple[IntArray, IntArray]:
+        """Return the first step behind each gap, (n,), or the first one within, where it is closed.
 
-    def roads_at(self, end: IntArray, grids: Grids) -> IntArray:
-        """Return the connecting road whose lanes each ray comes to at its `end`; -1 for none, (n,)."""
-        out: IntArray = grids.road[self.cells[np.arange(len(end)), end]].astype(np.int64)
-        return out
+        And what lies there: the connecting road whose lanes cover the place, or what `cells` has for others, (n,).
+        """
+        out, steps = np.empty((2, len(self.gap)), np.int64), np.array([self.first, self.last])
+        walk_gaps(self.places.T, self.grids.T, self.gap, steps, grids.cells, out)
+        return out[0], out[1]
+
+    def close(self, end: IntArray, grids: Grids) -> None:
+        """Make the cells on rays before their `end`, (n,), those of no gap."""
+        close_gaps(self.places.T, self.grids.T, np.array([self.first, end]), grids.cells)
 
 
 def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays:
     """Return the rays that meet a gap next to the edge where they begin; `junction` is that of each section, (n,)."""
-    step = RAY_STEP
-    holed = np.maximum.reduceat(grids.gap, grids.start[:-1]) > 0
-    near = np.flatnonzero(holed[junction])
-    steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
+    every, most = np.arange(len(junction)), int(defaults.FLOOR_REACH / RAY_STEP)
+    places, of = grids.places(sections, junction)
     found: list[Rays] = []
     for side in (1, -1):
-        edge = sections.edge(np.array(side), near)
-        begin = grids.gap[grids.cells(near, (edge + side * steps[:_FIRST, None]).astype(np.float32))]
-        meets = np.flatnonzero(begin.any(axis=0))
-        k, edge, begin = near[meets], edge[meets], begin[:, meets]
-        first = (begin > 0).argmax(axis=0)
-        gap = begin[first, np.arange(len(first))].astype(np.int64)
-        room = room_inside(sections, side, k) / step - 1.0
-        cells = grids.cells_far(k, (edge + side * steps[:, None]).astype(np.float32)).T
-        last = np.clip(room, 0, len(steps) - 1).astype(np.int64)
-        found.append(Rays(k, np.full(len(k), side), gap, cells, first, last))
+        rays, meets = places.copy(), np.empty((2, len(every)), np.int64)
+        rays[:2] += sections.edge(np.array(side), every) * places[2:]
+        rays[2:] *= side * RAY_STEP
+        gaps_beside(rays, of, _FIRST, grids.cells, meets)
+        k = np.flatnonzero(meets[0])
+        first, gap = meets[:, k]
+        last = np.clip(room_inside(sections, side, k) / RAY_STEP, 0, most).astype(np.int64)
+        found.append(Rays(k, np.full(len(k), side), gap, rays[:, k].T, of[:, k].T, first, last))
     rows = join_tables(found)
-    return rows.chosen(rows.room > rows.first)
+    return rows.chosen(rows.last > rows.first)
 
 
 def room_inside(sections: CrossSections, side: int, k: IntArray) -> FloatArray:

@@ -26,6 +26,7 @@ from osm2xodr.curves import (
     unique_first,
 )
 from osm2xodr.geometry.junction_floor import defaults
+from osm2xodr.geometry.junction_floor.cells import FACE
 from osm2xodr.geometry.junction_floor.gaps import Grids
 from osm2xodr.model import (
     VEHICLE_LANES,
@@ -72,7 +73,7 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[tuple[Hole, int]]:
     """
     found: list[tuple[Hole, int]] = []
     holes = grids.holes
-    if holes is None or not len(holes.area):
+    if not len(holes.area):
         return found
     begin = unique_first(holes.area)[1].tolist()
     for a, b in zip(begin, [*begin[1:], len(holes.area)], strict=True):
@@ -86,12 +87,12 @@ def find_holes(grids: Grids, cars: BoolArray) -> list[tuple[Hole, int]]:
         ):
             cells[at + 1, left + 1 : left + 1 + count] = True
         below, over = np.nonzero(_grown(cells) & ~cells)
-        beside = grids.road[start + (below + row.min() - 1) * wide + over + low.min() - 1]
+        beside = grids.cells[start + (below + row.min() - 1) * wide + over + low.min() - 1]
         if (beside < 0).any() or not cars[beside].all():
             continue
         corner = grids.corner[grid] + (int(low.min()) - 1, int(row.min()) - 1)
         hole = hole_of(cells, corner * defaults.GAP_CELL, int(beside[0]))
-        found += [] if hole is None else [(hole, int(grids.gap[holes.first[a]]))]
+        found += [] if hole is None else [(hole, max(FACE - int(grids.cells[holes.first[a]]), 0))]
     return found
 
 
