@@ -25,7 +25,7 @@ def record(*, eq: bool) -> Callable[[type[_Class]], type[_Class]]: ...
 def record(cls: type[Any] | None = None, /, *, eq: bool = True) -> Any:
     """Make a class a dataclass as `dataclass(frozen=True, slots=True, eq=eq)` does.
 
-    One of five fields is made in a third of the time (Python 3.11: 0.5 instead of 1.5 µs), as fields are set by their
+    One of five fields is made in 0.4 of the time (Python 3.11: 0.6 instead of 1.5 µs), as fields are set by their
     slots, not by name; the class itself in two thirds, as all share what keeps them frozen.
     """
     return _record(cls, eq) if cls is not None else lambda each: _record(each, eq)
