@@ -175,9 +175,7 @@ def tram_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     tracks = [thing for thing in world.network.roadside if thing.kind is RoadsideKind.TRAM_TRACK]
     lines = [thing for thing in tracks if len(thing.points) > 1]
     half = 0.5 * (_GAUGE + _RAIL_WIDTH)
-    streets = np.unique(np.concatenate([np.zeros(0, np.int64), *(item.node_ids for item in world.network.streets)]))
-    on_streets = [thing.points[np.isin(thing.node_ids, streets)] for thing in lines]
-    mapped, across = strips_on(finder, [thing.points for thing in lines], on_streets, half)
+    mapped, across = strips_on(finder, [thing.points for thing in lines], _nodes_on_streets(world, lines), half)
     gauges = [thing.facts.gauge or _GAUGE for thing in lines]
     out: list[RoadObject] = []
     for strip in mapped:
@@ -193,6 +191,17 @@ def tram_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
                 for strip in _in_lanes(world, k, begin, end):
                     out += _rails(world, strip, _GAUGE, f"way/{attributes.osm_way_id}")
     return out
+
+
+def _nodes_on_streets(world: World, lines: Sequence[RoadsideThing]) -> list[FloatArray]:
+    """Return the nodes of each line that are nodes of streets as well, (n, 2), m."""
+    none = np.zeros(0, np.int64)
+    own, of_streets = (
+        np.concatenate([none, *(item.node_ids for item in items)]) for items in (lines, world.network.streets)
+    )
+    end = np.cumsum([len(item.points) for item in lines])
+    shared = np.split(np.isin(own, of_streets), end[:-1]) if lines else []
+    return [item.points[rows] for item, rows in zip(lines, shared, strict=True)]
 
 
 def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]:
@@ -358,7 +367,10 @@ def _on_any_road(
 
 
 def _corners(x: FloatArray, y: FloatArray, first: int, last: int) -> list[int]:
-    """Return the points, from a first to a last one, that straight pieces lead between (Douglas and Peucker 1973)."""
+    """Return the points, from a first to a last one, that straight pieces lead between within the tolerance.
+
+    They are found as Douglas and Peucker (1973) did.
+    """
     kept, todo = {first, last}, [(first, last)]
     while todo:
         one, other = todo.pop()
@@ -415,20 +427,8 @@ def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray
 
 
 def simplified(run: Run) -> Iterator[Strip]:
-    """Yield a run as few strips as the tolerance allows (Douglas and Peucker 1973, measured along t)."""
-    kept = {0, len(run.s) - 1}
-    todo = [(0, len(run.s) - 1)]
-    while todo:
-        first, last = todo.pop()
-        if last - first < 2:
-            continue
-        share = (run.s[first : last + 1] - run.s[first]) / (run.s[last] - run.s[first])
-        off = np.abs(run.t[first : last + 1] - (run.t[first] + share * (run.t[last] - run.t[first])))
-        worst = int(np.argmax(off))
-        if off[worst] > _TOLERANCE:
-            kept.add(first + worst)
-            todo += [(first, first + worst), (first + worst, last)]
-    for one, other in pairwise(sorted(kept)):
+    """Yield a run as few strips as the tolerance allows."""
+    for one, other in pairwise(_corners(run.s, run.t, 0, len(run.s) - 1)):
         length, ends = float(run.s[other] - run.s[one]), (float(run.t[one]), float(run.t[other]))
         yield Strip(run.line, run.road, float(run.s[one]), length, *ends)
 
