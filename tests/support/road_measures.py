@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from clothoids import clothoid
@@ -243,13 +243,19 @@ def _edges_before(measures: RoadMeasures, road: Road, k: int, s: float) -> dict[
     return lane_edges(item, s - item.s, _value(held, s))
 
 
+def _whole_lanes(path: Road) -> list[Lane]:
+    """Return the lanes of a connecting road, all sections of which have the same ones, from its start to its end."""
+    last = {lane.id: lane.successor for lane in path.lane_sections[-1].lanes}
+    return [replace(lane, successor=last[lane.id]) for lane in path.lane_sections[0].lanes if lane.id]
+
+
 def _assert_contact(measures: RoadMeasures, path: Road) -> None:
     """Check that a connecting road starts and ends in the lanes that it joins.
 
     Borders may fill corners and gaps, and sidewalks may end beside it.
     """
     by_id = {road.id: road for road in measures.map.roads}
-    lanes = [lane for lane in path.lane_sections[0].lanes if lane.id]
+    lanes = _whole_lanes(path)
     floor = (LaneType.BORDER, LaneType.SHOULDER)
     linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
     # Cycle tracks may have a verge beside them, which is paved where cars cross it.
@@ -301,7 +307,7 @@ def _assert_every_lane_leads_on(measures: RoadMeasures) -> None:
     for path in measures.map.roads:
         if path.junction is None:
             continue
-        for own in path.lane_sections[0].lanes:
+        for own in _whole_lanes(path):
             for link, lane_id in ((path.predecessor, own.predecessor), (path.successor, own.successor)):
                 assert link is not None
                 # Sidewalks lead on where cars may not.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from osm2xodr.system.lazy import lazy_exports as lazy_exports
-from osm2xodr.system.records import record as record
 
 if TYPE_CHECKING:
     from osm2xodr.system.files import (
@@ -49,6 +48,7 @@ if TYPE_CHECKING:
         uninterrupted as uninterrupted,
     )
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
+    from osm2xodr.system.records import record as record
     from osm2xodr.system.streams import (
         Progress as Progress,
         advance as advance,
@@ -105,6 +105,7 @@ __getattr__ = lazy_exports(
         ),
         "texts": ("is_page", "plain_text", "xml_stream"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
+        "records": ("record",),
         "streams": (
             "Progress",
             "advance",

@@ -342,7 +342,9 @@ def test_bicycles_join_the_lane_for_cars_where_theirs_ends() -> None:
         for road in road_map.roads
         if road.junction is not None and any(lane.type is LaneType.BIKING for lane in road.lane_sections[0].lanes)
     )
-    assert [(lane.predecessor, lane.successor) for lane in through.lane_sections[0].lanes if lane.id] == [(1, 1)]
+    first, last = through.lane_sections
+    assert [(lane.type, lane.predecessor) for lane in first.lanes if lane.id] == [(LaneType.BIKING, 1)]
+    assert [(lane.type, lane.successor) for lane in last.lanes if lane.id] == [(LaneType.DRIVING, 1)]
 
 
 def test_their_lane_through_the_junction_is_against_cars() -> None:

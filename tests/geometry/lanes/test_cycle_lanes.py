@@ -52,10 +52,10 @@ def test_cars_go_where_they_went_before(name: str, rule: Rule) -> None:
 
 
 @EITHER
-def test_bicycle_lanes_go_straight_on(rule: Rule) -> None:
+def test_bicycle_lanes_go_straight_on_and_round_the_corner_along_the_kerb(rule: Rule) -> None:
     roads = built(with_tags(CASES["x"].case, dict.fromkeys(range(1, 5), "cycleway=lane")), rule)
     _, bicycles = links_by_type(roads)
-    wanted = written_links("1:-2>2:-2 2:2>1:2 3:-2>4:-2 4:2>3:2")
+    wanted = written_links("1:-2>2:-2,3:2 2:2>1:2,4:-2 3:-2>4:-2,2:-2 4:2>3:2,1:2")
     assert bicycles == (wanted if rule is Rule.RIGHT_HAND else mirrored_links(wanted))
 
 

@@ -85,7 +85,7 @@ def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, 
 
 def _is_for_people(road: Road) -> bool:
     """Say whether a connecting road is for people on foot: whether one of its lanes is a sidewalk that leads on."""
-    lanes = road.lane_sections[0].lanes
+    lanes = road.lane_sections[-1].lanes
     return any(lane.type is LaneType.SIDEWALK and lane.successor is not None for lane in lanes)
 
 
