@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, owners, part_of_cubics, smooth_cubic, sorted_unique, starts, value_of_cubics
+from osm2xodr.curves import lengths, owners, part_of_cubics, smooth_cubic, sorted_unique, starts
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.crossfall_lines import CrossfallLines, lane_offsets_beside, lane_widths_on
 from osm2xodr.geometry.defaults import SHORTEST_NAME
@@ -43,8 +43,6 @@ from osm2xodr.model import (
 
 # A name that changes nearer than this to where lanes change does so there, m: half a dash, and no sliver is left.
 _AT_SECTION: Final = 1.5
-# Lanes that are narrower where sections touch are not linked, m: rounding (ASAM OpenDRIVE 1.7, 11.6).
-_NARROWEST: Final = 1e-6
 
 
 class RoadIds:
@@ -333,7 +331,8 @@ def _halves(section: LaneSection, s: float, speed: float | None) -> tuple[LaneSe
         beyond = lane
         if lane.type is LaneType.BIKING and lane.successor is not None:
             beyond = replace(lane, type=LaneType.DRIVING, speed=speed)
-        link = lane.id if lane.id and value_of_cubics(lane.widths, s) > _NARROWEST else None
+        # A lane of width 0 where sections touch has no link (ASAM OpenDRIVE 1.7, 11.6).
+        link = lane.id if lane.id and has_width(lane.widths, s) else None
         before.append(replace(lane, widths=part_of_cubics(lane.widths, 0.0, s), successor=link))
         behind.append(replace(beyond, widths=part_of_cubics(lane.widths, s, np.inf), predecessor=link))
     return LaneSection(0.0, tuple(before)), LaneSection(s, tuple(behind))
