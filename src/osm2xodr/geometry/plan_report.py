@@ -66,7 +66,6 @@ def report_corners(fitted: FittedStreets, diagnostics: Diagnostics) -> None:
 # Why turns are left out.
 IMPOSSIBLE: Final = "the arms lie on each other, a turn between is left out"
 NEEDLESS: Final = "a turn that hardly any car drives is left out: another way leads there"
-TURN_BACK: Final = "a turn back from arm to arm is left out: it would swing far out over the carriageways"
 
 
 def report_turns_left_out(

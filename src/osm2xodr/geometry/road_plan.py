@@ -13,25 +13,22 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
-    balloons,
     beyond_streets,
     build_connecting_roads,
     change_in_parts,
     clear_arms_at_last,
     detours,
+    direct_roads,
     draw_in_parts,
     draw_turns_back,
     even_widths,
     find_lane_links,
     keep_lanes_in_line,
-    linked_without,
     redraw_connecting_roads,
     runs_backwards,
     set_back_arms,
     set_back_stems,
     swing_out,
-    trims_off_ways,
-    turns_on_the_spot,
     turns_without_need,
 )
 from osm2xodr.geometry.junctions import (
@@ -40,7 +37,6 @@ from osm2xodr.geometry.junctions import (
     RoadParts,
     add_turnarounds,
     choose_u_turns,
-    cut_back_dead_ends,
     cut_back_ends_on_streets,
     cut_roads,
     ends_on_streets,
@@ -54,7 +50,6 @@ from osm2xodr.geometry.options import RoadOptions
 from osm2xodr.geometry.plan_report import (
     IMPOSSIBLE,
     NEEDLESS,
-    TURN_BACK,
     refuse_without_roads,
     report_absorbed_streets,
     report_corners,
@@ -87,7 +82,7 @@ from osm2xodr.geometry.roadside import (
     run_out,
     with_cycle_tracks,
 )
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, StreetNetwork
+from osm2xodr.model import FloatArray, IntArray, LaneType, StreetNetwork
 from osm2xodr.system import Task, record
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
@@ -182,8 +177,7 @@ def _lay_out_junctions(
         movements = find_movements(network, ends, layout, diagnostics)
         movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
         movements = with_movements_against_cars(network, ends, layout, movements)
-        driven = without_idle_junctions(layout, movements)
-        layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
+        layout = without_idle_junctions(ends, layout, movements)
         layout = cut_back_ends_on_streets(network, ends, layout, on_streets.result(), diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
     return layout, movements + loops
@@ -198,9 +192,11 @@ def _connect(
     *,
     in_line: bool,
 ) -> tuple[CutStreets, ConnectingRoads]:
-    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
+    """Cut streets so that the ways through junctions have room, and draw the roads there.
 
-    So too where lanes have to narrow before the junction, or shift to be `in_line`.
+    How much room turns need is decided by ways that lead there directly. Arms that the drawn ones run over are cut
+    back, lanes narrow before junctions where the ways are too short for that, and shift to be `in_line`; what these
+    change is drawn again.
     """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
@@ -217,24 +213,20 @@ def _connect(
         return draw_in_parts(draw, links, jobs)
 
     links = find_lane_links(cut.parts, movements, network.rule)
-    connecting = drawn(cut, links)
     u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
-    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns, jobs))
-    if roomy is not cut:
-        before, links = links, find_lane_links(roomy.parts, movements, network.rule, links)
-        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    free = _with_arms_cleared(network, roomy, connecting, jobs)
-    if free is not roomy:
-        roomy, before, links = free, links, find_lane_links(free.parts, movements, network.rule, links)
-        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    even = keep_lanes_in_line(roomy.parts, connecting, network.rule) if in_line else roomy.parts
-    even = even_widths(even, _shorter(connecting, roomy.parts, even), network.rule, diagnostics)
-    if even is not roomy.parts:
-        roomy = replace(roomy, parts=even)
-        # The roads end where they did: only lanes have changed.
-        before, links = links, find_lane_links(even, movements, network.rule, links)
-        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
-    return roomy, connecting
+    direct = direct_roads(links, movements, cut.ends)
+    # U-turns go round the nose of a median wherever it is.
+    cut = _out_of_bends(network, _with_room_to_turn(network, cut, direct.chosen(~u_turns)))
+    before = find_lane_links(cut.parts, movements, network.rule, links)
+    connecting = drawn(cut, before)
+    cut = _with_arms_cleared(network, cut, connecting, jobs)
+    links = find_lane_links(cut.parts, movements, network.rule, before)
+    direct = direct_roads(links, movements, cut.ends)
+    even = keep_lanes_in_line(cut.parts, direct, network.rule) if in_line else cut.parts
+    even = even_widths(even, _shorter(direct, cut.parts, even), network.rule, diagnostics)
+    cut = replace(cut, parts=even)
+    links = find_lane_links(even, movements, network.rule, links)
+    return cut, redraw_connecting_roads(connecting, before, links, partial(drawn, cut))
 
 
 def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -> ConnectingRoads:
@@ -244,16 +236,10 @@ def _shorter(connecting: ConnectingRoads, before: RoadParts, after: RoadParts) -
     return replace(connecting, length=np.where(either, _SHORTER, 1.0) * connecting.length)
 
 
-def _with_room_to_turn(
-    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, u_turns: BoolArray, jobs: int
-) -> CutStreets:
-    """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
-    # U-turns go round the nose of a median wherever it is.
-    turns = connecting.chosen(~u_turns)
-    with Task(partial(trims_off_ways, cut.ends, cut.layout, cut.parts, connecting), apart=jobs > 1) as off_ways:
-        trim = set_back_arms(cut.ends, cut.layout, cut.parts, turns)
-        trim = set_back_stems(cut.ends, cut.layout, cut.parts, turns, trim)
-        trim = np.maximum(trim, np.minimum(off_ways.result(), cut.layout.most))
+def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, turns: ConnectingRoads) -> CutStreets:
+    """Set back arms whose turns are too sharp, and those that end in tight bends."""
+    trim = set_back_arms(cut.ends, cut.layout, cut.parts, turns)
+    trim = set_back_stems(cut.ends, cut.layout, cut.parts, turns, trim)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     trim = _within_streets(cut, trim)
     if (trim == cut.layout.trim).all():
@@ -271,7 +257,7 @@ def _within_streets(cut: CutStreets, trim: FloatArray) -> FloatArray:
 
 
 def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, jobs: int) -> CutStreets:
-    """Cut back the arms that ways run over now that they have their final shape."""
+    """Cut back the arms that ways run over."""
     layout = cut.layout
     trim = clear_arms_at_last(cut.ends, layout, cut.parts, connecting, jobs)
     moved = trim > layout.trim
@@ -293,7 +279,7 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
 
 def _turned(cut: CutStreets, connecting: ConnectingRoads) -> ConnectingRoads:
     """Draw turns again that are too sharp, and those that turn back."""
-    connecting = swing_out(connecting, cut.parts, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
+    connecting = swing_out(connecting, partial(beyond_streets, cut.ends, cut.layout, cut.parts))
     return draw_turns_back(connecting, cut.ends, cut.layout)
 
 
@@ -302,15 +288,10 @@ def _without_impossible_turns(
 ) -> ConnectingRoads:
     """Leave out connecting roads that no car would drive: their arms lie on each other, or there is a better way."""
     # Loops that turn back on their arm are long by design.
-    impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
-    impossible |= runs_backwards(connecting, cut.parts)
+    impossible = detours(connecting.plan_view) | runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
     report_turns_left_out(network, cut.layout, connecting.junction[impossible], IMPOSSIBLE, diagnostics)
     connecting = connecting.chosen(~impossible) if impossible.any() else connecting
-    unfit = balloons(connecting)
-    unneeded = unfit & linked_without(connecting, unfit)
-    report_turns_left_out(network, cut.layout, connecting.junction[unneeded], TURN_BACK, diagnostics)
-    connecting = connecting.chosen(~unneeded) if unneeded.any() else connecting
     needless = turns_without_need(connecting, cut.parts, cut.ends, cut.layout)
     report_turns_left_out(network, cut.layout, connecting.junction[needless], NEEDLESS, diagnostics)
     return connecting.chosen(~needless) if needless.any() else connecting

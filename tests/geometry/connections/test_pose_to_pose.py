@@ -11,7 +11,7 @@ from road_measures import Pose, assert_smooth, curve_length, pose_at, records, s
 
 from osm2xodr.curves.plan_views import curves_of
 from osm2xodr.defaults import MOST_SWING
-from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, swings_out, turns_on_the_spot
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, swings_out
 from osm2xodr.model import PlanView
 
 # An arc of less than 1e-4 rad is written as its chord, which is off by half of that at either end.
@@ -107,12 +107,6 @@ def test_a_pose_behind_and_aside_in_the_same_heading_is_met_without_a_detour(tur
     assert_joins(plan, one, other)
     # Three arcs of 5 m that turn by a full circle in all, or more.
     assert curve_length(plan, 0) < 100.0
-
-
-def test_a_curve_of_no_length_that_turns_is_a_point() -> None:
-    poses = (Pose(0.0, 0.0, 0.0), Pose(2e-5, 0.0, 2.5)), (Pose(0.0, 0.0, 0.0), Pose(0.0, 9.0, math.pi))
-    columns = np.array([[*vars(one).values(), *vars(other).values()] for one, other in poses]).T
-    assert turns_on_the_spot(connect(*columns)).tolist() == [True, False]
 
 
 def test_a_lane_beside_is_reached_by_two_equal_arcs() -> None:
@@ -227,13 +221,6 @@ def test_a_detour_is_60_m_longer_than_four_times_what_it_bridges(bridged: float,
     tables = np.array([0.0, ahead]), np.array([0.0, ahead]), np.zeros(2), np.array([0.0, np.pi])
     plan = PlanView(np.array([0, 2]), *tables, np.array([ahead, length - ahead]), np.zeros(2))
     assert detours(plan).tolist() == [detour]
-
-
-@pytest.mark.parametrize(
-    ("length", "turn", "point"), [(0.08, 0.6, True), (0.12, 0.6, False), (0.08, 0.4, False), (0.08, -0.6, True)]
-)
-def test_no_car_turns_on_a_tenth_of_a_metre(length: float, turn: float, point: bool) -> None:
-    assert turns_on_the_spot(curve((length, turn / length))).tolist() == [point]
 
 
 @pytest.mark.parametrize(

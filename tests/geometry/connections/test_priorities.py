@@ -10,11 +10,8 @@ from junction_cases import CASES
 from street_cases import Case
 
 from osm2xodr.conventions.signs import read_signs
-from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import build_roads
 from osm2xodr.geometry.connections.priorities import Arm, goes_first
 from osm2xodr.model import RoadMap, Rule, Sign
-from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 NODES = {
@@ -183,24 +180,6 @@ def test_numbers_are_counted(rule: Rule) -> None:
     assert counted({"o": "highway=stop stop=all"}) == (0, 1, 0, 0)
 
 
-@pytest.mark.parametrize(
-    ("signs", "said"),
-    [
-        ({"si": "highway=stop"}, 0),
-        ({"wi": "highway=stop"}, 1),
-        ({"wi": "highway=stop", "ei": "highway=stop", "si": "highway=stop"}, 0),
-    ],
-)
-def test_signs_against_the_classes_are_reported(signs: dict[str, str], said: int) -> None:
-    made = case(T, signs)
-    stages = made.stages()
-    diagnostics = Diagnostics()
-    build_roads(stages.network, FlatSurface(), diagnostics)
-    found = [item for item in diagnostics if item.code == "priority"]
-    assert len(found) == said
-    assert all(item.osm_id == f"node/{1001 + list(made.nodes).index('o')}" for item in found)
-
-
 def arm(rank: int, sign: Sign | None = None, ring: bool = False, priority_road: bool = False) -> Arm:
     return Arm(ring, sign, priority_road, rank)
 
@@ -234,16 +213,3 @@ def test_of_several_signs_the_nearest_counts() -> None:
     made = case(EQUAL, {"si": "highway=stop direction=forward", "sf": "highway=give_way direction=forward"})
     stages = made.stages()
     assert dict(read_signs(stages.network).before_end) == {stages.end(3, list(made.nodes).index("o")): Sign.STOP}
-
-
-@EITHER
-def test_a_sign_on_a_street_inside_the_junction_is_for_the_arm_before_it(rule: Rule) -> None:
-    """The street from the south splits just before the crossing, and its halves are part of the junction."""
-    nodes = {**{name: NODES[name] for name in "wesn"}, "a": (-1.5, 0.0), "b": (1.5, 0.0), "f": (0.0, -4.0)}
-    nodes["g"] = (1.0, -2.0)
-    ways = {1: ("w a", SIDE), 2: ("b e", SIDE), 3: ("s f", SIDE), 5: ("a b", SIDE)}
-    ways |= {6: ("a f", f"{SIDE} oneway=yes"), 7: ("f g b", f"{SIDE} oneway=yes")}
-    roads = built(Case(nodes, ways, node_tags={"g": "highway=give_way"}), rule)
-    assert len(roads.junctions) == 1
-    assert roads.statistics["signs_followed"] == 1
-    assert {pair.split(">")[1][0] for pair in pairs(roads)} == {"3"}

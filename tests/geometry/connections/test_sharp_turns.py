@@ -106,19 +106,11 @@ def turned_right(before: float, after: float, beside: float, off: float = 0.0) -
         inner=((),) * 2,
         **columns,
     )
-    # The only road of the junction is far away.
-    one = np.ones(1)
-    parts = SimpleNamespace(
-        end_junction=np.array([[0, -1]]),
-        plan_view=connect(500 * one, 0 * one, 0 * one, 550 * one, 0 * one, 0 * one),
-        length=np.array([50.0]),
-        at_end=lambda _: SimpleNamespace(section=SimpleNamespace(left_edge=3.0, right_edge=-3.0)),
-    )
 
     def beyond(some: ConnectingRoads) -> FloatArray:
         return np.where(np.isin(some.length, ways.length), 0.0, off)
 
-    return swing_out(ways, cast("RoadParts", parts), beyond), ways.length
+    return swing_out(ways, beyond), ways.length
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, st
     """Return what is reported when turnarounds are added to a case."""
     stages, diagnostics = case.stages(), Diagnostics()
     fitted = fit_streets(stages.network, Diagnostics())
-    layout = without_idle_junctions(stages.layout, stages.movements)
+    layout = without_idle_junctions(stages.ends, stages.layout, stages.movements)
     add_turnarounds(stages.network, fitted, stages.ends, layout, options or RoadOptions(), diagnostics)
     return [(item.code, item.osm_id) for item in diagnostics]
 

@@ -5,8 +5,6 @@ Lanes for buses and bicycles against one-way streets lead straight on through ju
 
 from __future__ import annotations
 
-import math
-
 import pytest
 from street_cases import Case, Stages
 
@@ -201,14 +199,6 @@ def test_a_way_over_more_than_eight_inner_streets_is_a_detour(nodes: int, throug
     stages = Case(places, ways).stages()
     assert len(stages.layout.arms) == 1
     assert ((1, 2) in pairs(stages)) == through
-
-
-@pytest.mark.parametrize(("degrees", "turns"), [(17.0, False), (23.0, True)])
-def test_nobody_turns_back_into_a_fast_ramp_within_20_degrees(degrees: float, turns: bool) -> None:
-    x, y = 300 * math.cos(math.radians(degrees)), 300 * math.sin(math.radians(degrees))
-    nodes = {"o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
-    stages = Case(nodes, {1: ("o e", "highway=trunk"), 2: ("o n", "highway=trunk_link oneway=yes")}).stages()
-    assert ((1, 2) in pairs(stages)) == turns
 
 
 # ---------------------------------------------------------------- what relations say about lanes

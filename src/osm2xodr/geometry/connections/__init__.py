@@ -9,25 +9,25 @@ from osm2xodr.geometry.connections.connecting_roads import (
     InnerLane,
     build_connecting_roads,
     change_in_parts,
+    direct_roads,
     draw_in_parts,
     redraw_connecting_roads,
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.marks import Marks, connecting_marks
-from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last, trims_off_ways
+from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last
 from osm2xodr.geometry.connections.pose_to_pose import (
     connect,
     curves_apart,
     detours,
     legs_through,
     tangents,
-    turns_on_the_spot,
 )
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
-from osm2xodr.geometry.connections.sharp_turns import linked_without, runs_backwards, swing_out, turns_without_need
+from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out, turns_without_need
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.through_lanes import even_widths, keep_lanes_in_line
-from osm2xodr.geometry.connections.turn_backs import balloons, draw_turns_back
+from osm2xodr.geometry.connections.turn_backs import draw_turns_back
 
 __all__ = [
     "BESIDE_CARS",
@@ -38,7 +38,6 @@ __all__ = [
     "Poses",
     "Priorities",
     "Turns",
-    "balloons",
     "beyond_streets",
     "build_connecting_roads",
     "change_in_parts",
@@ -47,6 +46,7 @@ __all__ = [
     "connecting_marks",
     "curves_apart",
     "detours",
+    "direct_roads",
     "draw_in_parts",
     "draw_turns_back",
     "even_widths",
@@ -54,14 +54,11 @@ __all__ = [
     "find_priorities",
     "keep_lanes_in_line",
     "legs_through",
-    "linked_without",
     "redraw_connecting_roads",
     "runs_backwards",
     "set_back_arms",
     "set_back_stems",
     "swing_out",
     "tangents",
-    "trims_off_ways",
-    "turns_on_the_spot",
     "turns_without_need",
 ]

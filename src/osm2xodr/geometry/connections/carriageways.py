@@ -61,11 +61,8 @@ _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
 # Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m, and
 # lie at this share of the distance from the curve before to the rounded way: on it, or between for what leaves the
 # carriageways by more than this, m. A choice.
-ROUNDINGS: Final = ((6.0, 8.0, 1.0), (4.0, 6.0, 1.0), (8.0, 16.0, 1.0))
-_BETWEEN: Final = (
-    *((6.0, 24.0, 1.0), (12.0, 16.0, 0.15), (12.0, 16.0, 0.25)),
-    *((12.0, 12.0, 0.25), (12.0, 24.0, 0.55), (12.0, 40.0, 0.4)),
-)
+ROUNDED: Final = (8.0, 16.0, 1.0)
+_BETWEEN: Final = ((12.0, 16.0, 0.25), (12.0, 24.0, 0.55))
 _FAR_OFF: Final = 1.5
 # Curves as long as so many times their way are no longer than it.
 _AS_LONG: Final = 1.1
@@ -290,7 +287,7 @@ def _turned(plan: PlanView, lanes: LanePaths, outside: FloatArray, radius: Float
 
 
 def along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float, float]) -> PlanView:
-    """Return curves with the same ends that run along their ways, or between; `rounding` is one of `ROUNDINGS`."""
+    """Return curves with the same ends that run along their ways, or between; `rounding` is as `ROUNDED`."""
     reach, spacing, share = rounding
     count = np.maximum((lanes.length / spacing).astype(np.int64), 1)
     of = repeated(count)
@@ -329,6 +326,6 @@ def _at_corners(plan: PlanView, lanes: LanePaths, outside: FloatArray) -> PlanVi
 # In the order in which they are tried, for what leaves the carriageways by more than what, m.
 _REDRAWINGS: Final[tuple[tuple[_Redraw, float], ...]] = (
     (_at_corners, OFF_CARRIAGEWAY),
-    *((partial(_along_the_way, rounding=item), OFF_CARRIAGEWAY) for item in ROUNDINGS),
+    (partial(_along_the_way, rounding=ROUNDED), OFF_CARRIAGEWAY),
     *((partial(_along_the_way, rounding=item), _FAR_OFF) for item in _BETWEEN),
 )

@@ -189,27 +189,15 @@ def _largest_radii(links: _LinkColumns, turn: FloatArray, street_ends: IntArray,
     return np.where(ends.roundabout[street_ends].all(axis=1), np.inf, largest)
 
 
-def build_connecting_roads(
-    links: LaneLinks,
-    movements: list[Movement],
-    ends: StreetEnds,
-    trim: FloatArray,
-    outer_lanes: Callable[[int, bool], tuple[float, float]],
-    rule: Rule,
-) -> ConnectingRoads:
-    """Draw a connecting road for each lane link.
+def direct_roads(links: LaneLinks, movements: list[Movement], ends: StreetEnds) -> ConnectingRoads:
+    """Return a connecting road for each lane link that leads there directly, wherever streets run.
 
-    The movements are grouped by junction; `trim` (ends,) is what street ends give to their junctions, m.
-    `outer_lanes` returns, for a street and whether it is driven along, t of the middles of its outermost lanes, right
-    and left in the direction of travel, m.
+    The movements are grouped by junction.
     """
     rows, columns = links.rows, _LinkColumns.of(links.rows)
     entry, exit_, entry_t, exit_t = columns.entry, columns.exit, columns.entry_t, columns.exit_t
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
     hdg_in, hdg_out = hdg0 + np.where(entry % 2 == 1, 0.0, np.pi), hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi)
-    used, movement = unique_inverse(np.array([row.movement for row in rows], np.int64))
-    movements = [movements[k] for k in used.tolist()]
-    street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = connect(
         links.x[entry] - entry_t * sine(hdg0),
         links.y[entry] + entry_t * cosine(hdg0),
@@ -217,32 +205,12 @@ def build_connecting_roads(
         links.x[exit_] - exit_t * sine(hdg1),
         links.y[exit_] + exit_t * cosine(hdg1),
         hdg_out,
-        radius=_largest_radii(columns, wrapped(hdg_out - hdg_in), street_ends, ends),
+        radius=_largest_radii(columns, wrapped(hdg_out - hdg_in), _street_ends(links, movements), ends),
     )
-    lanes = lane_paths(
-        lay_out_paths(movements, ends, trim, outer_lanes),
-        ends.plan_view,
-        movement,
-        np.where(entry % 2 == 1, entry_t, -entry_t),
-        np.where(exit_ % 2 == 0, exit_t, -exit_t),
-    )
-    streets = carriageways(lanes, ends, street_ends[:, 0], street_ends[:, 1])
-    plan = keep_to_carriageways(plan, streets)
-    width = (columns.entry_width + columns.exit_width) / 2
-    shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
-    junction = np.array([row.junction for row in rows], np.int64)
-    one_way = np.zeros(len(links.x), bool)
-    one_way[links.road_end[street_ends]] = (ends.enters != ends.leaves)[street_ends]
-    arms = joined_arms(plan, junction, entry, exit_, one_way)
-    plan = draw_side_by_side(plan, *arms, width, shared, streets)
-    looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
-    turning = np.array([k for k, _ in looped], np.int64)
-    half = np.abs(entry_t - exit_t)[turning] / 2
-    plan = draw_loops(plan, turning, movement[turning], [loop for _, loop in looped], half, rule is Rule.LEFT_HAND)
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
-        junction=junction,
+        junction=np.array([row.junction for row in rows], np.int64),
         entry=entry,
         exit=exit_,
         entry_lane=np.array([row.lane_in.id for row in rows], np.int64),
@@ -260,6 +228,52 @@ def build_connecting_roads(
         access=tuple(row.access() for row in rows),
         inner=((),) * len(rows),
     )
+
+
+def _street_ends(links: LaneLinks, movements: list[Movement]) -> IntArray:
+    """Return the street ends that lane links lead from and to, (n, 2)."""
+    ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)
+    return ends[[row.movement for row in links.rows]]
+
+
+def build_connecting_roads(
+    links: LaneLinks,
+    movements: list[Movement],
+    ends: StreetEnds,
+    trim: FloatArray,
+    outer_lanes: Callable[[int, bool], tuple[float, float]],
+    rule: Rule,
+) -> ConnectingRoads:
+    """Draw a connecting road for each lane link.
+
+    The movements are grouped by junction; `trim` (ends,) is what street ends give to their junctions, m.
+    `outer_lanes` returns, for a street and whether it is driven along, t of the middles of its outermost lanes, right
+    and left in the direction of travel, m.
+    """
+    roads, street_ends = direct_roads(links, movements, ends), _street_ends(links, movements)
+    entry, exit_ = roads.entry, roads.exit
+    used, movement = unique_inverse(np.array([row.movement for row in links.rows], np.int64))
+    movements = [movements[k] for k in used.tolist()]
+    lanes = lane_paths(
+        lay_out_paths(movements, ends, trim, outer_lanes),
+        ends.plan_view,
+        movement,
+        np.where(entry % 2 == 1, roads.entry_t, -roads.entry_t),
+        np.where(exit_ % 2 == 0, roads.exit_t, -roads.exit_t),
+    )
+    streets = carriageways(lanes, ends, street_ends[:, 0], street_ends[:, 1])
+    plan = keep_to_carriageways(roads.plan_view, streets)
+    width = (roads.entry_width + roads.exit_width) / 2
+    shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in links.rows], bool)
+    one_way = np.zeros(len(links.x), bool)
+    one_way[links.road_end[street_ends]] = (ends.enters != ends.leaves)[street_ends]
+    arms = joined_arms(plan, roads.junction, entry, exit_, one_way)
+    plan = draw_side_by_side(plan, *arms, width, shared, streets)
+    looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
+    turning = np.array([k for k, _ in looped], np.int64)
+    half = np.abs(roads.entry_t - roads.exit_t)[turning] / 2
+    plan = draw_loops(plan, turning, movement[turning], [loop for _, loop in looped], half, rule is Rule.LEFT_HAND)
+    return replace(roads, plan_view=plan, length=lengths(plan))
 
 
 def draw_in_parts(draw: Callable[[LaneLinks], ConnectingRoads], links: LaneLinks, jobs: int) -> ConnectingRoads:

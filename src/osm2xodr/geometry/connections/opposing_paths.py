@@ -30,7 +30,7 @@ from osm2xodr.curves import (
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
-from osm2xodr.geometry.connections.carriageways import ROUNDINGS, Carriageways, along_the_way
+from osm2xodr.geometry.connections.carriageways import ROUNDED, Carriageways, along_the_way
 from osm2xodr.geometry.connections.pose_to_pose import connect, curves_apart, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -39,7 +39,7 @@ from osm2xodr.system import record
 # Curves are compared at this many places.
 _PLACES: Final = 32
 # The last axis that is tried runs between the middle of their way over the streets and the direct curve: as in
-# `ROUNDINGS`. A choice.
+# `ROUNDED`. A choice.
 _BETWEEN: Final = (12.0, 16.0, 0.6)
 # One-way carriageways are the two halves of one arm where lanes of both end within this of each other, m, and their
 # headings are opposite within 30 degrees. Choices: a median, and half a lane on either side.
@@ -76,10 +76,7 @@ def draw_side_by_side(
     pairs = _pairs(entry, exit_, shared)
     axes_of: tuple[Callable[[PlanView, _Pairs], PlanView], ...] = (_middles, _ways_there, _ways_back)
     if streets is not None:
-        axes_of += tuple(
-            partial(_along_streets, streets=streets, rounding=item)
-            for item in (*(item for item in ROUNDINGS if item[2] == 1.0), _BETWEEN)
-        )
+        axes_of += tuple(partial(_along_streets, streets=streets, rounding=item) for item in (ROUNDED, _BETWEEN))
     for axes in axes_of:
         pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)
         if not len(apart):

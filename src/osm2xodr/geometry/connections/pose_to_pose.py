@@ -28,9 +28,6 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Arcs are not made smaller where the curve would be longer by more than this share.
 _LONGER_THAN_AN_ARC: Final = 0.07
-# A connecting road shorter than this, m, that turns by more than this, rad, is a point: no car turns on one.
-_SHORTEST_TURN: Final = 0.1
-_TURN_OF_A_POINT: Final = 0.5
 # A connecting road that is longer than this many times the distance it bridges, and this much more, m, is a detour:
 # its arms lie on each other.
 _DETOUR: Final = 4.0
@@ -133,11 +130,6 @@ def _places(plan: PlanView, curve: IntArray, count: int) -> tuple[FloatArray, Fl
     s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, count)
     x, y, _ = pose(plan, np.repeat(curve, count), s.ravel())
     return x.reshape(s.shape), y.reshape(s.shape)
-
-
-def turns_on_the_spot(plan: PlanView) -> BoolArray:
-    """Say which curves turn at a point, (curves,)."""
-    return (lengths(plan) < _SHORTEST_TURN) & (_turns(plan)[1] > _TURN_OF_A_POINT)
 
 
 def swings_out(plan: PlanView) -> BoolArray:

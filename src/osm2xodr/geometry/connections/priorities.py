@@ -9,7 +9,6 @@ record; at signals there is none either. At roundabouts inside a junction who go
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import groupby, permutations
 from typing import Final
 
@@ -71,7 +70,7 @@ def find_priorities(
 
     `diagnostics` gets signs that say the opposite of the roads' classes.
     """
-    signs = _with_inner_signs(network, ends, layout, read_signs(network))
+    signs = read_signs(network)
     inside, rings = _signalled_inside(network, layout, signs), _rings_inside(network, layout)
     high: list[int] = []
     low: list[int] = []
@@ -111,9 +110,6 @@ def find_priorities(
         _count_passed(passed, rows, exits, every, before, ends)
         counts["junctions_with_priorities"] += bool(decided)
         counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})
-        if _contradicted(arms.values(), ranks):
-            message = "signs make a road of higher class yield to one of lower class, and are followed"
-            diagnostics.note("priority", f"node/{nodes[0]}", message)
     first, second = np.array(high, np.int64), np.array(low, np.int64)
     exit_, lane = connecting.exit, connecting.exit_lane
     merging = (exit_[first] == exit_[second]) & (lane[first] == lane[second])
@@ -187,20 +183,6 @@ def _round_the_middle(
     ]
 
 
-def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:
-    """Give signs on streets inside a junction to the arms from which one can only drive there."""
-    before = dict(signs.before_end)
-    for end, sign in signs.before_end.items():
-        if not layout.inner[end // 2] or sign is Sign.SIGNALS:
-            continue
-        meeting = [2 * street + (not start) for street, start in network.intersections[int(ends.node[end ^ 1])].arms]
-        for arm in meeting:
-            onwards = [other for other in meeting if other != arm and ends.leaves[other]]
-            if ends.enters[arm] and not layout.inner[arm // 2] and onwards == [end ^ 1]:
-                before.setdefault(arm, sign)
-    return replace(signs, before_end=before)
-
-
 def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Signs) -> set[int]:
     """Return the junctions with signals on a street inside them, as between the carriageways of a wide road."""
     ends = [end for end, sign in signs.before_end.items() if sign is Sign.SIGNALS and layout.inner[end // 2]]
@@ -250,12 +232,3 @@ def _leaves_property(arm: Arm, other: Arm) -> bool:
 def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:
     """Say whether a road of one rank goes before one of another: a higher one does where roads above that run on."""
     return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank > other for rank in ranks) >= 2)
-
-
-def _contradicted(arms: Collection[Arm], ranks: Sequence[int]) -> bool:
-    """Say whether a sign makes one arm yield to another that would yield by its class."""
-    return any(
-        one.ring or (_outranks(one.rank, other.rank, ranks) and not other.ring)
-        for one, other in permutations(arms, 2)
-        if one.yields and goes_first(other, one, ranks)
-    )

@@ -16,28 +16,19 @@ from osm2xodr.curves import (
     dubins_without_slivers,
     heading_at,
     lengths,
-    pose,
     replace_curves,
-    sine,
     smallest_radius,
-    unique_rows,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, OFF_CARRIAGEWAY, TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.pose_to_pose import curves_apart
-from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.turn_backs import needs_own_tarmac, turn_back_rows
-from osm2xodr.geometry.defaults import CAR_WIDTH, HALF_NARROW_LANE, INNER_EDGE_RADIUS
+from osm2xodr.geometry.connections.turn_backs import balloons, needs_own_tarmac, turn_back_rows
+from osm2xodr.geometry.defaults import CAR_WIDTH, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts, end_poses
-from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
-# are compared at this spacing, m.
-_CLEAR_ARM: Final = 25.0
-_PLACE_SPACING: Final = 1.0
 # Ways there and back are compared at this many places each.
 _PLACES: Final = 32
 # They may be longer than the sharp turn by this factor; by `LONGEST_REDRAWN`, unless they turn back, if no car turns
@@ -57,10 +48,8 @@ _LONGER: Final = 30.0
 _Ways = dict[int, dict[int, float]]
 
 
-def swing_out(
-    connecting: ConnectingRoads, parts: RoadParts, beyond: Callable[[ConnectingRoads], FloatArray]
-) -> ConnectingRoads:
-    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
+def swing_out(connecting: ConnectingRoads, beyond: Callable[[ConnectingRoads], FloatArray]) -> ConnectingRoads:
+    """Replace turns that are too sharp by the shortest curves that are not.
 
     `beyond` returns how far roads leave the carriageways, (n,), m: they do so no more than before, or than they may,
     unless no car drives the sharper turn.
@@ -78,11 +67,10 @@ def swing_out(
         longest = LONGEST_REDRAWN if radius <= CONNECTING_RADIUS else _LONGEST_SWING
         # A turn that a car just misses is better than a balloon.
         found = found[(lengths(wide) < longest * lengths(plan, row))[found]]
-        free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
         if radius > CONNECTING_RADIUS:
-            free &= ~_meet(wide, found, plan, row[found], pairs)
-            free[free] = _keeps_to_streets(wide, found[free], plan, row[found[free]], connecting, beyond)
-        plan = replace_curves(plan, row[found[free]], wide, found[free])
+            found = found[~_meet(wide, found, plan, row[found], pairs)]
+            found = found[_keeps_to_streets(wide, found, plan, row[found], connecting, beyond)]
+        plan = replace_curves(plan, row[found], wide, found)
     plan = _without_folds(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
 
@@ -157,87 +145,28 @@ def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
     return plan
 
 
-def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: RoadParts) -> BoolArray:
-    """Say which curves run onto none of the roads that end at their junction, (curves,)."""
-    end_junction = parts.end_junction.ravel()
-    here = np.flatnonzero(np.isin(end_junction, junction))
-    ends_at: dict[int, list[int]] = {}
-    for end, number in zip(here.tolist(), end_junction[here].tolist(), strict=True):
-        ends_at.setdefault(number, []).append(end)
-    near = [ends_at[number] for number in junction.tolist()]
-    arms = _places_on_arms(sorted({end for ends in near for end in ends}), parts)
-    stations = [
-        np.linspace(0.0, length, max(int(length / (_PLACE_SPACING / 2)), 2))
-        for length in lengths(plan, curve).tolist()
-    ]
-    x, y, _ = _places(plan, curve, stations)
-    free = [
-        not any(_runs_onto(here_x, here_y, arms[end], parts.at_end(end).section) for end in ends)
-        for here_x, here_y, ends in zip(x, y, near, strict=True)
-    ]
-    return np.array(free, bool)
-
-
-def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, Poses]:
-    """Return x, y and heading of places along the first stretch of the roads from each of their ends."""
-    stations = []
-    for end in ends:
-        length = float(parts.length[end // 2])
-        along = np.arange(_PLACE_SPACING, min(length, _CLEAR_ARM), _PLACE_SPACING)
-        stations.append(length - along if end % 2 else along)
-    found = _places(parts.plan_view, np.array(ends, np.int64) // 2, stations)
-    return dict(zip(ends, zip(*found, strict=True), strict=True))
-
-
-def _places(plan: PlanView, curve: IntArray, stations: list[FloatArray]) -> tuple[list[FloatArray], ...]:
-    """Return x, y and heading at the stations of each curve."""
-    if not stations:
-        return [], [], []
-    count = [len(s) for s in stations]
-    found = pose(plan, np.repeat(curve, count), np.concatenate(stations))
-    return tuple(np.split(column, np.cumsum(count)[:-1]) for column in found)
-
-
-def _runs_onto(x: FloatArray, y: FloatArray, arm: Poses, section: CrossSection) -> bool:
-    """Say whether places lie on the carriageway of an arm."""
-    arm_x, arm_y, hdg = arm
-    dx, dy = x[:, None] - arm_x, y[:, None] - arm_y
-    cos, sin = cosine(hdg), sine(hdg)
-    ds = dx * cos + dy * sin
-    dt = dy * cos - dx * sin
-    beside = (dt < section.left_edge + HALF_NARROW_LANE) & (dt > section.right_edge - HALF_NARROW_LANE)
-    return bool((beside & (np.abs(ds) <= _PLACE_SPACING / 2)).any())
-
-
 """From each road end that traffic reaches, the next ones that it reaches, m from the one to the other."""
 
 
 def turns_without_need(
     connecting: ConnectingRoads, parts: RoadParts, ends: StreetEnds, layout: JunctionLayout
 ) -> BoolArray:
-    """Say which turns are too sharp, or turn back over ground of their own, and are not needed, (n,).
+    """Say which turns are too sharp, or turn back over ground of their own or far around, and are not needed, (n,).
 
     They are not where all cars that come over them have another way that is hardly longer, and where their lanes are
-    linked without them.
+    linked without them; that is enough for those that swing far out.
     """
     plan = connecting.plan_view
     found = (smallest_radius(plan) < TURNING_RADIUS_ACUTE * (1 - 1e-3)) | needs_own_tarmac(connecting, ends, layout)
+    swings_far = balloons(connecting)
+    found |= swings_far
     out = np.zeros(len(found), bool)
     rows = np.flatnonzero(found & connecting.for_vehicles() & (connecting.entry != connecting.exit))
     if not len(rows):
         return out
     graph = _Graph(connecting, parts)
     for row in rows[np.argsort(smallest_radius(plan)[rows], kind="stable")].tolist():
-        out[row] = graph.leave_out(row)
-    return out
-
-
-def linked_without(connecting: ConnectingRoads, left_out: BoolArray) -> BoolArray:
-    """Say of which roads for cars both lanes are linked by others than those that are left out, (n,)."""
-    out = np.ones(len(connecting.length), bool)
-    for end, lane in ((connecting.entry, connecting.entry_lane), (connecting.exit, connecting.exit_lane)):
-        at = unique_rows(np.column_stack([end, lane])).inverse
-        out &= np.bincount(at, ~left_out & connecting.for_vehicles())[at] > 0
+        out[row] = graph.leave_out(row, anyway=bool(swings_far[row]))
     return out
 
 
@@ -268,8 +197,8 @@ class _Graph:
             self._at_lane[entry, entry_lane, True] += 1
             self._at_lane[exit_, exit_lane, False] += 1
 
-    def leave_out(self, row: int) -> bool:
-        """Leave out a turn if nobody needs it, and say whether that is so."""
+    def leave_out(self, row: int, *, anyway: bool) -> bool:
+        """Leave out a turn if its lanes are linked without it and nobody needs it, or `anyway`; say whether so."""
         pair = int(self._connecting.entry[row]), int(self._connecting.exit[row])
         if self._rows[pair] != {row} or any(self._at_lane[lane] < 2 for lane in self._lanes(row)):
             return False
@@ -277,7 +206,7 @@ class _Graph:
         there = self._onward[entry].pop(reached)
         del self._before[reached][entry]
         ways = self._ways_over(entry, reached, there)
-        if not ways or not all(self._has_way(*way) for way in ways):
+        if not anyway and (not ways or not all(self._has_way(*way) for way in ways)):
             self._onward[entry][reached] = self._before[reached][entry] = there
             return False
         for lane in self._lanes(row):

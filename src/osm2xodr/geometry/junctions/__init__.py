@@ -13,7 +13,6 @@ from osm2xodr.geometry.junctions.movements import Movement, find_movements, with
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import (
     RoadParts,
-    cut_back_dead_ends,
     cut_roads,
     end_poses,
     head_on_ends,
@@ -28,7 +27,6 @@ __all__ = [
     "RoadParts",
     "add_turnarounds",
     "choose_u_turns",
-    "cut_back_dead_ends",
     "cut_back_ends_on_streets",
     "cut_roads",
     "draw_loops",

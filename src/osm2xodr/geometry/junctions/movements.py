@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cosine, wrapped
+from osm2xodr.curves import wrapped
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY, STRAIGHT_ON
+from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -20,8 +20,6 @@ from osm2xodr.system import record
 
 # A way through a junction over more inner streets than this is a detour. A choice.
 _MOST_INNER_STREETS: Final = 8
-# Nobody turns on the spot from one fast road into another within the angle of this cosine (20 degrees). A choice.
-_NO_TURN_COSINE: Final = 0.94
 # Streets inside a junction, with True where driven along their direction.
 _Path = tuple[tuple[int, bool], ...]
 
@@ -106,7 +104,6 @@ def find_movements(
                     text = f"restrictions or one-way streets leave no way on from it at node/{node}"
                     diagnostics.note("no-way-on", f"way/{_way_at(network.streets, entry)}", text)
                 found += [Movement(junction, entry, exit_, path) for exit_, path in sorted(ways_out.items())]
-    found = [item for item in found if not _turns_on_the_spot(item, layout, ends)]
     known = Connectivity.of(network.connectivities)
     return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
 
@@ -124,14 +121,6 @@ def inner_streets(
             if against_one_way or ends.leaves[end]:
                 out.setdefault(node, []).append((street, end % 2 == 0))
     return out
-
-
-def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
-    """Say whether a movement turns back from a fast road into its ramp, because the area ends where they part."""
-    fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
-    # Few are so: then only the angle is worked out.
-    parts = fast and len(layout.arms[item.junction]) == 2
-    return bool(parts and cosine(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE)
 
 
 def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: Connectivity) -> StatedLanes | None:

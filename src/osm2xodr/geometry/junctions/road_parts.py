@@ -22,7 +22,6 @@ from osm2xodr.curves import (
     sorted_unique,
     wrapped,
 )
-from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, car_directions, stretches, taper_zones
@@ -71,34 +70,21 @@ def end_poses(parts: RoadParts, end: IntArray) -> tuple[FloatArray, FloatArray, 
     return pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
 
 
-def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
-    """Take out junctions that nobody can drive through: their arms are dead ends and keep their length."""
+def without_idle_junctions(ends: StreetEnds, layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
+    """Take out junctions that nobody can drive through: their arms are dead ends.
+
+    The widest, the first of equal ones, keeps its length, and so does what goes on beyond it. Others lie on it, as
+    where an area ends between a motorway and its ramp, and end where they are apart.
+    """
     used = np.zeros(len(layout.arms), bool)
     used[[item.junction for item in movements]] = True
     idle = (layout.junction >= 0) & ~np.append(used, False)[layout.junction]
-    return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
-
-
-def cut_back_dead_ends(
-    network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
-) -> JunctionLayout:
-    """Cut back dead ends that lie on another that ends at the same node, and report them.
-
-    Areas are cut where carriageways part or merge, too: both roads are there, the rest of the way is not. The widest
-    keeps its length. `before` has the junctions that nobody can drive through, `layout` does not.
-    """
     trim = layout.trim.copy()
-    for junction in sorted_unique(before.junction[before.junction != layout.junction]).tolist():
-        arms = before.arms[junction]
-        # The first of those that are equally wide stays.
-        widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
-        for end in arms:
-            if end != widest and cosine(ends.hdg[end] - ends.hdg[widest]) >= -_STRAIGHT_ON:
-                trim[end] = before.trim[end]
-                way = network.streets[end // 2].attributes_at_end(end).osm_way_id
-                text = "it ends on another road, and is cut back to where it is apart"
-                diagnostics.repaired("lies-on-another", f"way/{way}", text)
-    return replace(layout, trim=trim)
+    for junction in sorted_unique(layout.junction[idle]).tolist():
+        arms = np.array(layout.arms[junction])
+        widest = arms[np.argmax(ends.left[arms] - ends.right[arms])]
+        trim[arms[(arms == widest) | (cosine(ends.hdg[arms] - ends.hdg[widest]) < -_STRAIGHT_ON)]] = 0.0
+    return replace(layout, junction=np.where(idle, -1, layout.junction), trim=trim)
 
 
 def head_on_ends(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts) -> dict[int, int]:
