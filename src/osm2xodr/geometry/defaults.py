@@ -111,10 +111,6 @@ STRAIGHT_ON: Final = math.radians(50.0)
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.
 STEADY_END: Final = 1.0
-# Lanes change clear of places where a bend tighter than this begins or ends at once, m, by the second length, m: the
-# jump of curvature would be a kink of lanes that shift. Choices; readers need 3 m beside bends (`TIGHT_BEND`).
-SHARP_JOINT_RADIUS: Final = 15.0
-JOINT_CLEARANCE: Final = 3.0
 # Length within which tapers lie that may reach into a bend, m: a lane of 3.5 m opens over it in town.
 TAPER_LENGTH: Final = 30.0
 # A strip beside the carriageway tapers over at most this share of its stretch at either end.

@@ -27,7 +27,7 @@ from osm2xodr.geometry.heights import (
 )
 from osm2xodr.geometry.junction_floor import Faces, Floor, Hole, is_island, lay_floor, raised_islands
 from osm2xodr.geometry.junctions import JunctionLayout, head_on_ends, street_places
-from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all, sharp_joints
+from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.options import ElevationOptions, RoadOptions
 from osm2xodr.geometry.plan_report import report_blunt_sidewalks, report_missing_corners
 from osm2xodr.geometry.road_heights import (
@@ -158,8 +158,8 @@ def build_roads(
 
 def _lay_out_carriageways(network: StreetNetwork, plan: RoadPlan) -> list[LaneLayout]:
     """Lay out the lanes of carriageways."""
-    known, joints = Connectivity.of(network.connectivities), sharp_joints(plan.parts.plan_view)
-    return lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country), joints)
+    known, country = Connectivity.of(network.connectivities), find_country(network.country)
+    return lay_out_all(plan.parts.stretches, network.rule, known, country)
 
 
 def _lay_out_lanes(

@@ -7,7 +7,6 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
 from lane_cases import cut, layout, street
 from road_measures import assert_sound, lane_edges, profile_value, width_at
@@ -19,9 +18,9 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
-from osm2xodr.geometry.lanes.tapers import sharp_joints, taper_zones
+from osm2xodr.geometry.lanes.tapers import taper_zones
 from osm2xodr.geometry.roadside.strip_columns import tapered
-from osm2xodr.model import Cubic, Direction, LaneConnectivity, PlanView, RoadMap, Rule, StreetAttributes
+from osm2xodr.model import Cubic, Direction, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
 
 def row(*tags: str, length: float = 200.0) -> Case:
@@ -523,29 +522,6 @@ def test_a_stretch_with_a_lane_for_bicycles_against_it_is_one_way() -> None:
     road = cut((0.0, street("d< d>")), (50.0, street("c< d>")))
     (zone,) = taper_zones(road, Rule.RIGHT_HAND)
     assert (zone.start, zone.end) == pytest.approx((20.25, 50.0))
-
-
-def test_lanes_do_not_change_where_a_tight_bend_begins_or_ends() -> None:
-    # A bend of 6 m from s = 46 to 54, where OSM's lanes change, then one of 100 m, which does not count.
-    length, curvature = np.array([46.0, 8.0, 60.0, 86.0]), np.array([0.0, 1 / 6, 0.0, 0.01])
-    at = np.cumsum(length) - length
-    plan = PlanView(np.array([0, 4]), at, np.zeros(4), np.zeros(4), np.zeros(4), length, curvature)
-    joints = sharp_joints(plan)
-    assert joints == {0: [46.0, 54.0]}
-
-    def place(joints: list[float], end: float, speed: float) -> tuple[float, float, float, float]:
-        pieces = (0.0, street("d>", speed_forward=speed)), (50.0, street("d> d>", speed_forward=speed))
-        (zone,) = taper_zones(cut(*pieces, end=end), Rule.RIGHT_HAND, joints=joints)
-        return zone.start, zone.end, zone.shift_start, zone.shift_end
-
-    town, fast = 50 / 3.6, 80 / 3.6
-    assert place([], 200.0, town) == pytest.approx((35.125, 64.875, 16.526, 83.474), abs=1e-3)
-    # It is as long as before and 3 m clear of the bend, which the shift to the side only touches.
-    assert place(joints[0], 200.0, town) == pytest.approx((13.25, 43.0, 10.25, 46.0))
-    # It is shorter where there is room for no more, and stays where there is none.
-    assert place([], 100.0, fast)[:2] == pytest.approx((23.75, 76.25))
-    assert place([38.0, 51.0], 100.0, fast)[:2] == pytest.approx((54.0, 99.0))
-    assert place([20.0, 40.0, 60.0, 80.0], 100.0, fast)[:2] == pytest.approx((23.75, 76.25))
 
 
 def test_lanes_that_hardly_change_do_so_over_a_cars_length() -> None:

@@ -25,7 +25,7 @@ from osm2xodr.geometry.lanes.road_stretches import (
     with_narrow_ends,
     with_shifted_ends,
 )
-from osm2xodr.geometry.lanes.tapers import TaperZone, sharp_joints, taper_zones
+from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 
 __all__ = [
     "NO_MARK",
@@ -46,7 +46,6 @@ __all__ = [
     "left_turns",
     "right_turns",
     "room_for_tapers",
-    "sharp_joints",
     "shifted_stretch",
     "stretches",
     "taper_zones",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
@@ -49,17 +48,13 @@ def lay_out_all(
     rule: Rule,
     known: Connectivity | None = None,
     country: Country = GENERIC,
-    joints: Mapping[int, Sequence[float]] = MappingProxyType({}),
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
-
-    `joints` are places along roads, by number, that changes of lanes keep off, s, m.
-    """
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout."""
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
-    for number, road in enumerate(roads):
+    for road in roads:
         if len(road) > 1:
-            out.append(lay_out_lanes(road, rule, known, country, joints.get(number, ())))
+            out.append(lay_out_lanes(road, rule, known, country))
             continue
         attributes = road[0].attributes
         kind = (
@@ -80,14 +75,13 @@ def lay_out_lanes(
     rule: Rule,
     known: Connectivity | None = None,
     country: Country = GENERIC,
-    joints: Sequence[float] = (),
 ) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
     A section begins where a lane opens, from width 0, and where one has ended, and at the border of two stretches
     that differ in more than that and in the widths of their lanes: in limits, types of lanes or marks.
     """
-    zones = taper_zones(road, rule, known, joints=joints)
+    zones = taper_zones(road, rule, known)
     carriageway = lay_out_carriageway(road, zones)
     marks_of = [road_marks(item.section, item.attributes, rule, country) for item in road] if len(road) > 1 else []
     borders = [0.0, *_section_borders(road, zones, carriageway, marks_of), road[-1].end]
