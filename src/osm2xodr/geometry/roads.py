@@ -1,7 +1,4 @@
-"""Stage 3 as a whole: streets and a surface become the roads and junctions of an OpenDRIVE network.
-
-The floor of junctions is laid at the end; it depends on heights by the sidewalks that turn out too steep.
-"""
+"""Stage 3 as a whole: streets and a surface become the roads and junctions of an OpenDRIVE network."""
 
 from __future__ import annotations
 
@@ -115,9 +112,8 @@ def build_roads(
     advance(0.45)
     known = ground() if ground else None
     solve = partial(_find_heights, network, plan, surface, elevation_options, known, neighbourhood)
-    # Heights need neither lanes nor sidewalks; nor does the floor need heights, but for sidewalks that are too steep.
-    # In hills heights take longest. On flat ground sidewalks take longer than heights, and the floor as long as lanes
-    # and records; furniture then takes as long as what is left of it and clearances.
+    # Heights need neither lanes nor sidewalks. In hills they take longest; on flat ground sidewalks take longer. The
+    # floor takes as long as records, and furniture as what is left of it and clearances.
     hills, flat = jobs > 1 and known is not None, jobs > 1 and known is None
     sides_of = partial(lay_out_sides, network, plan)
     with Task(solve, apart=hills) as heights, Task(sides_of, apart=flat) as beside:
@@ -125,26 +121,26 @@ def build_roads(
         if flat:
             heights.result()
         sides = beside.result()
-        every = plan.connecting.joined(sides.corners)
-        with Task(partial(lay_out_floor, network, plan, every), apart=jobs > 1) as laid:
-            lanes = _lay_out_lanes(network, plan, carriageways, sides, every)
-            solved = heights.result()
-            advance(0.75)
-            for item in (sides.diagnostics, solved.diagnostics, lanes.diagnostics):
-                diagnostics.extend(item)
-            steep = _steep_sidewalks(network, plan, sides.corners, solved.solution, diagnostics)
-            through = lanes.through.chosen(~steep) if steep.any() else lanes.through
-            lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
-            carrying = on_crossfall_lines(through, lines)
-            road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)
-            if on_lanes is not None:
-                on_lanes(road_map)
-            # The floor lies beside the carriageways whose clearances are looked at.
-            road_map = with_clearances(network, road_map, solved.problem, diagnostics)
-            release_memory()
-            floor = floor_without(network, plan, every, laid.result(), steep)
+        lanes = _lay_out_lanes(network, plan, carriageways, sides)
+        solved = heights.result()
+    advance(0.75)
+    for item in (sides.diagnostics, solved.diagnostics, lanes.diagnostics):
+        diagnostics.extend(item)
+    steep = too_steep_corners(sides.corners, solved.solution)
+    report_missing_corners(network, plan.layout, sides.corners.junction[steep], diagnostics)
+    through = lanes.through.chosen(np.concatenate([np.ones(len(plan.connecting.length), bool), ~steep]))
+    with Task(partial(_lay_out_floor, network, plan, through), apart=jobs > 1) as laid:
+        lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
+        carrying = on_crossfall_lines(through, lines)
+        road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)
+        if on_lanes is not None:
+            on_lanes(road_map)
+        # The floor lies beside the carriageways whose clearances are looked at.
+        road_map = with_clearances(network, road_map, solved.problem, diagnostics)
+        release_memory()
+        floor = laid.result()
     release_memory()
-    lost = sides.corners.chosen(steep[len(plan.connecting.length) :] & sides.corners.beside_cars())
+    lost = sides.corners.chosen(steep & sides.corners.beside_cars())
     ends = sides.ends.joined(ends_instead(plan.parts, sides.margins, plan.connecting, lost))
     report_blunt_sidewalks(network, plan.layout, sides.blunt, diagnostics)
     first = len(plan.parts.length)
@@ -163,15 +159,11 @@ def _lay_out_carriageways(network: StreetNetwork, plan: RoadPlan) -> list[LaneLa
 
 
 def _lay_out_lanes(
-    network: StreetNetwork,
-    plan: RoadPlan,
-    carriageways: Sequence[LaneLayout],
-    sides: RoadSides,
-    through: ConnectingRoads,
+    network: StreetNetwork, plan: RoadPlan, carriageways: Sequence[LaneLayout], sides: RoadSides
 ) -> _Lanes:
-    """Lay out the lanes of roads; `through` are all roads through junctions."""
+    """Lay out the lanes of roads."""
     lanes = add_margins(carriageways, sides.margins, plan.parts.length.tolist())
-    through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes)
+    through = with_lanes_of_sections(plan.connecting.joined(sides.corners), plan.parts, sides.margins, lanes)
     found = Diagnostics()
     priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
     style = find_country(network.country).marks
@@ -221,19 +213,6 @@ def _pose_heights(
         return problem, None
     borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
     return with_border_heights(problem, borders, neighbourhood.surface_around, options, diagnostics), borders
-
-
-def _steep_sidewalks(
-    network: StreetNetwork,
-    plan: RoadPlan,
-    corners: ConnectingRoads,
-    solution: ProfileSolution,
-    diagnostics: Diagnostics,
-) -> BoolArray:
-    """Say which roads through junctions, those of cars and behind them sidewalks, are left out as too steep, (n,)."""
-    steep = too_steep_corners(corners, solution)
-    report_missing_corners(network, plan.layout, corners.junction[steep], diagnostics)
-    return np.concatenate([np.zeros(len(plan.connecting.length), bool), steep])
 
 
 def _road_map(
@@ -286,28 +265,11 @@ def _road_map(
     )
 
 
-def lay_out_floor(network: StreetNetwork, plan: RoadPlan, through: ConnectingRoads) -> Floor:
+def _lay_out_floor(network: StreetNetwork, plan: RoadPlan, through: ConnectingRoads) -> Floor:
     """Lay the floor of junctions; `through` are all roads through these, those of sidewalks behind those of cars."""
     enclosed = partial(_is_enclosed, _streets_at(network), plan.layout, through)
     round_islands = _round_islands(network, plan.layout)
     return lay_floor(through, network.rule, Faces.of(plan.parts, through, network.rule), round_islands, enclosed)
-
-
-def floor_without(
-    network: StreetNetwork, plan: RoadPlan, through: ConnectingRoads, floor: Floor, left_out: BoolArray
-) -> Floor:
-    """Return the floor of the roads through junctions, (n,), without those that are left out.
-
-    Only the floor of their junctions is laid again.
-    """
-    if not left_out.any():
-        return floor
-    number = np.cumsum(~left_out) - 1
-    anew = np.isin(through.junction, through.junction[left_out])
-    rows = np.flatnonzero(anew & ~left_out)
-    again = lay_out_floor(network, plan, through.chosen(rows))
-    kept = floor.renumbered(np.where(anew, -1, number))
-    return kept.joined(again.renumbered(number[rows]), through.junction[~left_out])
 
 
 def islands_of(plan: RoadPlan, through: ConnectingRoads, floor: Floor) -> Iterator[Island]:

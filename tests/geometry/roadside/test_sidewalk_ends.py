@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +13,13 @@ from margin_cases import BOTH, TRACK, VERGE, WALK, built, is_led_on
 from road_measures import RoadMeasures, assert_sound, width_at
 from street_cases import Case
 
+from osm2xodr.curves import value_of_cubics
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import RoadOptions
+from osm2xodr.geometry.road_plan import lay_out_sides, plan_roads
+from osm2xodr.geometry.roadside import ends_instead
 from osm2xodr.model import Lane, LaneType, Road, RoadMap, Rule
+from osm2xodr.osmParsing import ParseOptions, parse_osm
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 STREET = "lanes=2 width=6"
@@ -234,3 +240,22 @@ def test_those_that_run_out_or_lead_on_are_not_reported(rule: Rule) -> None:
         told = Diagnostics()
         built(T, margins, rule, diagnostics=told)
         assert reported(told) == []
+
+
+def test_sidewalks_of_corners_that_are_left_out_go_on_beside_lanes() -> None:
+    """As wide as on their arm, and to an end, but for those of corners that nobody turns round."""
+    sample = Path(__file__).parents[3] / "data" / "samples" / "andorra_ordino" / "area.osm"
+    network = parse_osm(sample, ParseOptions(), Diagnostics())
+    plan = plan_roads(network, RoadOptions(), Diagnostics())
+    sides = lay_out_sides(network, plan)
+    walks = np.array([kind is LaneType.SIDEWALK for kind in sides.corners.lane_type], bool)
+    corners = sides.corners.chosen(walks)
+    ends = ends_instead(plan.parts, sides.margins, plan.connecting, corners)
+    arms = np.concatenate([corners.entry_width, corners.exit_width])
+    assert len(corners.length) < len(ends.row) <= len(arms)
+    for k in range(len(ends.row)):
+        (kind, widths, height), *_ = reversed(list(ends.lanes(k, float(ends.length[k]))))
+        assert (kind, height) == (LaneType.SIDEWALK, 0.12)
+        begin, end = widths[0].a, value_of_cubics(widths, float(ends.length[k]))
+        assert 0.1 <= max(begin, end) <= arms.max() + 1e-9
+        assert min(begin, end) >= -1e-9

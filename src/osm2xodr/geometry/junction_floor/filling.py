@@ -139,23 +139,6 @@ class Floor:
     paved_right: frozenset[int] = frozenset()
     islands: tuple[Hole, ...] = ()  # What lanes for cars go round and is no pavement
 
-    def renumbered(self, number: IntArray) -> Floor:
-        """Return that of the roads that have a number, (roads,), under it; the others have -1."""
-        new = number.tolist()
-        left, right = ({new[k]: item for k, item in side.items() if new[k] >= 0} for side in (self.left, self.right))
-        paved_left, paved_right = (
-            frozenset(new[k] for k in side if new[k] >= 0) for side in (self.paved_left, self.paved_right)
-        )
-        islands = tuple(replace(hole, road=new[hole.road]) for hole in self.islands if new[hole.road] >= 0)
-        return Floor(left, right, paved_left, paved_right, islands)
-
-    def joined(self, other: Floor, junction: IntArray) -> Floor:
-        """Return both, that of other junctions with it; `junction` (roads,) is that of each road of either."""
-        left, right = ({**one, **two} for one, two in ((self.left, other.left), (self.right, other.right)))
-        islands = sorted((*self.islands, *other.islands), key=lambda hole: int(junction[hole.road]))
-        paved = self.paved_left | other.paved_left, self.paved_right | other.paved_right
-        return Floor(left, right, *paved, tuple(islands))
-
 
 def lay_floor(
     roads: ConnectingRoads,
