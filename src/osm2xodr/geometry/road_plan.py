@@ -74,7 +74,7 @@ from osm2xodr.geometry.plan_view import (
 from osm2xodr.geometry.roadside import (
     Margins,
     SidewalkEnds,
-    ends_of_tracks,
+    ends_of_strips,
     find_margins,
     find_sidewalk_ends,
     lay_out_corners,
@@ -82,7 +82,7 @@ from osm2xodr.geometry.roadside import (
     run_out,
     with_cycle_tracks,
 )
-from osm2xodr.model import FloatArray, IntArray, LaneType, StreetNetwork
+from osm2xodr.model import FloatArray, IntArray, StreetNetwork
 from osm2xodr.system import Task, record
 
 # Connecting roads become no shorter than this share where lanes shift to be in line. A choice.
@@ -152,8 +152,8 @@ def lay_out_sides(network: StreetNetwork, plan: RoadPlan) -> RoadSides:
     report_missing_corners(network, plan.layout, left_out, found)
     margins, ends, blunt = find_sidewalk_ends(plan.parts, margins, plan.connecting, corners, network.rule)
     corners = with_cycle_tracks(corners, plan.parts, margins, plan.connecting, network.rule)
-    tracks = ends_of_tracks(plan.parts, margins, plan.connecting, corners)
-    margins = run_out(plan.parts, margins, tuple(tracks), LaneType.BIKING)
+    ending = ends_of_strips(plan.parts, margins, plan.connecting, corners)
+    margins = run_out(plan.parts, margins, tuple(ending))
     return RoadSides(margins, corners, ends, blunt, found)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from osm2xodr.geometry.roadside.corner_lanes import with_lanes_of_sections
 from osm2xodr.geometry.roadside.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.roadside.corner_strips import inner_width
-from osm2xodr.geometry.roadside.cycle_tracks import ends_of_tracks, with_cycle_tracks
+from osm2xodr.geometry.roadside.cycle_tracks import ends_of_strips, with_cycle_tracks
 from osm2xodr.geometry.roadside.sidewalk_ends import SidewalkEnds, ends_instead, find_sidewalk_ends, run_out
 from osm2xodr.geometry.roadside.strip_clearance import margins_with_room
 from osm2xodr.geometry.roadside.strip_lanes import add_margins, has_width
@@ -16,7 +16,7 @@ __all__ = [
     "SidewalkEnds",
     "add_margins",
     "ends_instead",
-    "ends_of_tracks",
+    "ends_of_strips",
     "find_margins",
     "find_sidewalk_ends",
     "has_width",

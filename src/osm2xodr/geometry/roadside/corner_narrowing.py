@@ -1,13 +1,12 @@
 """Sidewalks move to the kerb, or become narrower, before corners that they otherwise would not get round.
 
-Behind wide strips, the sidewalks of two arms cross each other before they meet; parking ends some metres before a
-junction anyway. At acute corners even sidewalks at the kerb do: each of them gets what lies on its side of the middle
-between both kerbs, and so both end in one wedge.
+Behind wide strips, the sidewalks of two arms cross each other before they meet. At acute corners even sidewalks at
+the kerb do: each of them gets what lies on its side of the middle between both kerbs, and so both end in one wedge.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -20,13 +19,12 @@ from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.corner_pairs import Place, places_of
 from osm2xodr.geometry.roadside.corner_wedges import wedges
 from osm2xodr.geometry.roadside.sidewalk_corners import sidewalk_corners
-from osm2xodr.geometry.roadside.strips import Margins, Strips, with_wedge
+from osm2xodr.geometry.roadside.strips import Margins, with_wedge
 from osm2xodr.model import IntArray, LaneType, Rule
 
 # Shares of their room that sidewalks get in a wedge: the first that helps. Choices: corners may need more room than a
 # circle round their tip.
 _TRIES: Final = (1.0, 0.9)
-_PARKED: Final = frozenset({LaneType.PARKING, LaneType.RESTRICTED})
 
 
 def lay_out_corners(
@@ -34,11 +32,9 @@ def lay_out_corners(
 ) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
     """Connect the sidewalks of neighbouring arms; where necessary, leave out the strips inside them before corners.
 
-    Parking with nothing beyond it ends before junctions: no sidewalk leads its kerb round the corner. Returns the
-    strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the junctions of
-    corners that could not be drawn, one for each, (k,).
+    Returns the strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the
+    junctions of corners that could not be drawn, one for each, (k,).
     """
-    margins = _changed(parts, margins, _bare_parking(parts, margins), _nothing, whole=False)
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
     for share in _TRIES:
         tried = _at_kerb(parts, margins, failed, share)
@@ -69,63 +65,25 @@ def _at_kerb(
     These get a share of the room between both kerbs. Returns the very same margins where nothing changes.
     """
     places = sorted({place for corner in places_of(rows) for place in corner})
-    out = list(_changed(parts, margins, places, _sidewalk_alone))
+    out = _without_inner_strips(parts, margins, places)
     for end, wedge in wedges(parts, rows, share):
         out[end // 2] = with_wedge(out[end // 2], wedge)
     return margins if all(one is other for one, other in zip(margins, out, strict=True)) else tuple(out)
 
 
-def _bare_parking(parts: RoadParts, margins: tuple[Margins, ...]) -> list[Place]:
-    """Return where roads meet junctions with room for parked cars at a side, and nothing beyond it."""
-    beside = [road for road, item in enumerate(margins) if item]
-    ends = [2 * road + k for road in beside for k in (0, 1) if parts.end_junction[road, k] >= 0]
-    strips = [(end, side, margins[end // 2][-(end % 2)].strips(side)) for end in ends for side in (1, -1)]
-    return [(end, side) for end, side, here in strips if here and all(item.type in _PARKED for item in here)]
-
-
-def _nothing(strips: Strips) -> Strips:
-    return strips[:0]
-
-
-def _sidewalk_alone(strips: Strips) -> Strips:
-    return tuple(strip for strip in strips if strip.type is LaneType.SIDEWALK)[:1]
-
-
-def _changed(
-    parts: RoadParts,
-    margins: tuple[Margins, ...],
-    places: Iterable[Place],
-    change: Callable[[Strips], Strips],
-    whole: bool = True,
-) -> tuple[Margins, ...]:
-    """Return margins with changed strips at some places; the very same margins where nothing changes.
-
-    Without `whole`, stretches too short to be cut stay as they are, but those no longer than what is cut off.
-    """
+def _without_inner_strips(parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[Place]) -> list[Margins]:
+    """Return margins with sidewalks alone at some places; the very same strips beside roads where nothing changes."""
     out = list(margins)
-    changed = False
     for end, side in places:
         borders = [stretch.start for stretch in parts.stretches[end // 2][1:]]
-        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change, whole)
-        changed |= beside is not out[end // 2]
-        out[end // 2] = beside
-    return tuple(out) if changed else margins
+        out[end // 2] = _changed_end(out[end // 2], bool(end % 2), side, borders)
+    return out
 
 
-def _changed_end(
-    beside: Margins,
-    at_end: bool,
-    side: int,
-    borders: Sequence[float],
-    change: Callable[[Strips], Strips],
-    whole: bool,
-) -> Margins:
-    """Change the strips at one side over a road's last metres, or over its last stretch where that is short.
-
-    Without `whole`, a short stretch stays as it is, unless it is no longer than those metres.
-    """
+def _changed_end(beside: Margins, at_end: bool, side: int, borders: Sequence[float]) -> Margins:
+    """Leave a sidewalk alone at one side over a road's last metres, or over its last stretch where that is short."""
     piece = beside[-1 if at_end else 0]
-    strips = change(piece.strips(side))
+    strips = tuple(strip for strip in piece.strips(side) if strip.type is LaneType.SIDEWALK)[:1]
     if strips == piece.strips(side):
         return beside
     inner = replace(piece, left=strips) if side > 0 else replace(piece, right=strips)
@@ -136,8 +94,6 @@ def _changed_end(
     cut = near[0] if near else cut
     first, last = (2.0, 0.5) if at_end else (0.5, 2.0)
     if not piece.start + first * least < cut < piece.end - last * least:
-        # What is left of the same cut on the other side is no longer than that.
-        inner = inner if whole or piece.end - piece.start <= least + defaults.SAME_PLACE else piece
         return (*beside[:-1], inner) if at_end else (inner, *beside[1:])
     if at_end:
         return (*beside[:-1], replace(piece, end=cut), replace(inner, start=cut))

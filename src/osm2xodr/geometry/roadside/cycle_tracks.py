@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.sidewalk_corners import draw_corners
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import FloatArray, IntArray, LaneType, Rule
+
+# Strips that end at junctions where nothing leads them on.
+_ENDING: Final = frozenset({LaneType.BIKING, LaneType.PARKING, LaneType.RESTRICTED})
 
 _Link = tuple[int, int, int, int]  # Road end and lane id that a lane through a junction comes from, and leads to
 
@@ -54,10 +58,13 @@ def _one_pair_of_each_junction(junction: IntArray, arms: IntArray) -> Iterator[I
         yield np.flatnonzero(turn == k)
 
 
-def ends_of_tracks(
+def ends_of_strips(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, corners: ConnectingRoads
 ) -> Iterator[tuple[int, int]]:
-    """Yield road ends and sides (left 1, right -1) at which cycle tracks end that have nothing outside of them."""
+    """Yield road ends and sides (left 1, right -1) at which tracks or parking end that have nothing outside of them.
+
+    No sidewalk leads the kerb of such parking round a corner.
+    """
     linked = {
         place for one, lane, other, beyond in _linked(cars, corners) for place in ((one, lane), (other, beyond))
     }
@@ -65,7 +72,7 @@ def ends_of_tracks(
         beside = margins[end // 2]
         for side in (1, -1) if beside else ():
             strips = beside[-(end % 2)].strips(side)
-            if strips and strips[-1].type is LaneType.BIKING:
+            if strips and strips[-1].type in _ENDING:
                 lane, _ = strips_at_end(parts, beside, end, side)[-1]
                 if (end, lane) not in linked:
                     yield end, side

@@ -160,14 +160,12 @@ def ends_instead(
     return _as_ends(_led_on(ground, walks, facing), walks, cars)
 
 
-def run_out(
-    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[Place], kind: LaneType
-) -> tuple[Margins, ...]:
-    """Return strips of which those of a type become narrower up to some places until nothing is left."""
+def run_out(parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[Place]) -> tuple[Margins, ...]:
+    """Return strips of which the outermost become narrower up to some places until nothing is left."""
     out = list(margins)
     for end, side in places:
-        width = next(item.width for item in out[end // 2][-(end % 2)].strips(side) if item.type is kind)
-        out[end // 2] = _tapered(parts, out[end // 2], (end, side), kind, width, 0.0)
+        last = out[end // 2][-(end % 2)].strips(side)[-1]
+        out[end // 2] = _tapered(parts, out[end // 2], (end, side), last.type, last.width, 0.0)
     return tuple(out)
 
 
@@ -286,6 +284,10 @@ class _Strip:
         width = np.minimum(self.wish, self.room - self.border)
         return np.asarray(np.where(np.logical_and.accumulate(width >= _LEAST), width, 0.0))
 
+    def reach(self) -> float:
+        """Return how far from the arm it has any width, m."""
+        return float(self.away[: np.flatnonzero(self.width())[-1] + 2][-1])
+
     def lanes(self) -> tuple[tuple[Cubic, ...], tuple[Cubic, ...]]:
         """Return its widths along the road, and those of the border."""
         even = self.has_room and np.isfinite(self.length)
@@ -311,17 +313,6 @@ class _Strip:
             away, wide = np.append(away, self.road), np.append(wide, 0.0)
         return _lines(away, wide) if self.asked.edge.at_start else _lines((self.road - away)[::-1], wide[::-1])
 
-    def meeting(self, other: _Strip) -> tuple[tuple[Cubic, ...], tuple[Cubic, ...]] | None:
-        """Return the widths of one strip in the place of two beside one edge, as those of `lanes`; None for none."""
-        if np.isfinite(self.length) or np.isfinite(other.length):
-            return None
-        border = np.maximum(self.border, other.border[::-1])
-        wish = self.asked.width + (other.asked.width - self.asked.width) * self.away / self.road
-        width = np.minimum(wish, np.minimum(self.room, other.room[::-1]) - border)
-        if width.min() < _LEAST:
-            return None
-        return self._along(width), self._along(border) if border.max() >= defaults.NARROWEST_FILLING else ()
-
 
 def _led_on(ground: _Ground, walks: Mapping[Place, Sidewalk], facing: Mapping[Place, Place]) -> dict[Place, _Strip]:
     """Lead strips at some places on along their kerbs; those that face one share the room with it."""
@@ -344,22 +335,19 @@ def _led_on(ground: _Ground, walks: Mapping[Place, Sidewalk], facing: Mapping[Pl
 
 
 def _as_ends(found: Mapping[Place, _Strip], walks: Mapping[Place, Sidewalk], cars: ConnectingRoads) -> SidewalkEnds:
-    """Return strips as lanes; two that come towards each other beside one edge become one, or share its length."""
+    """Return strips as lanes; two that come towards each other beside one edge share its length."""
     at_edge: dict[tuple[int, int], list[Place]] = {}
     for place, strip in found.items():
         at_edge.setdefault((strip.asked.edge.row, strip.asked.edge.side), []).append(place)
     rows = []
     for edge, places in at_edge.items():
         strips = [found[place] for place in places]
-        together = strips[0].meeting(strips[1]) if len(strips) == 2 else None
-        if len(strips) == 2 and all(np.isfinite(strip.length) for strip in strips):
-            both = [min(strip.length, strip.road) for strip in strips]
-            share = min(1.0, strips[0].road / sum(both))
-            strips = [strip.shorter(share * most) for strip, most in zip(strips, both, strict=True)]
-        shapes = [together] if together is not None else [strip.lanes() for strip in strips]
-        for place, shape in zip(places, shapes, strict=False):
+        road, far = strips[0].road, [strip.reach() for strip in strips]
+        if sum(far) > road:
+            strips = [strip.shorter(road / sum(far) * most) for strip, most in zip(strips, far, strict=True)]
+        for place, strip in zip(places, strips, strict=True):
             walk = walks[place]
-            rows.append((*edge, walk.height, walk.type is LaneType.SHOULDER, strips[0].road, *shape))
+            rows.append((*edge, walk.height, walk.type is LaneType.SHOULDER, road, *strip.lanes()))
     row, side, height, shoulder, length, widths, border = zip(*rows, strict=True) if rows else [()] * 7
     numbers = np.array(row, np.int64), np.array(side, np.int64), np.array(height, np.float64)
     return SidewalkEnds(*numbers, np.array(shoulder, bool), np.array(length, np.float64), widths, border)
