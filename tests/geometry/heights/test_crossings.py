@@ -9,7 +9,7 @@ import pytest
 from elevation_helpers import RoadSpec, connector_between, make_problem, straight
 
 from osm2xodr.geometry.heights import ProfileProblem
-from osm2xodr.geometry.heights.crossings import Crossings, Order, find_crossings
+from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import build_elements, number_unknowns
 from osm2xodr.geometry.heights.problem import connector_spans
 
@@ -64,60 +64,14 @@ def test_in_one_layer_bridges_are_above_the_ground_and_tunnels_below(layer: int)
 
 
 @pytest.mark.parametrize("structure", [0, 1, 2])
-def test_structures_of_one_layer_cross_either_way_up_and_the_ground_does_not(structure: int) -> None:
+def test_structures_of_one_layer_cross_and_the_ground_does_not(structure: int) -> None:
     spans = [(0.0, structure, 1)]
     roads = [straight((-100.0, 0.0), (100.0, 0.0), spans=spans), straight((0.0, 100.0), (0.0, -100.0), spans=spans)]
     found = crossings(roads)
-    assert found.order is not None
     assert (len(found.upper) > 0) == (structure != 0)
-    assert (found.order == Order.OPEN).all()
     # Side by side none of them passes over the other.
     roads[1] = straight((-100.0, 4.0), (100.0, 4.0), spans=spans)
     assert len(crossings(roads).upper) == 0
-
-
-def test_the_lower_one_of_two_tunnels_is_what_lies_lower() -> None:
-    spans = [(0.0, 2, -1)]
-    found = crossings(
-        [straight((-100.0, 0.0), (100.0, 0.0), spans=spans), straight((0.0, 100.0), (0.0, -100.0), spans=spans)]
-    )
-    n = len(found.upper)
-    same, above, _ = found.turned(np.full(n, 3.0))
-    turned, below, against = found.turned(np.full(n, -3.0))
-    assert not against.any()
-    assert above.tolist() == below.tolist() == [3.0] * n
-    assert (turned.upper.tolist(), turned.lower_s.tolist()) == (same.lower.tolist(), same.upper_s.tolist())
-    # A place turns as a whole.
-    assert found.turned(np.r_[-5.0, np.ones(n - 1)])[1].tolist() == [5.0] + [-1.0] * (n - 1)
-
-
-@pytest.mark.parametrize(
-    ("upper", "lower", "order"),
-    [
-        ((2, -1), (2, -2), Order.LAYERS),
-        ((1, 2), (1, 1), Order.LAYERS),
-        ((1, 1), (2, -1), Order.FIRM),
-        ((0, 0), (2, -1), Order.FIRM),
-        ((0, 1), (0, 0), Order.FIRM),
-    ],
-)
-def test_layers_alone_order_structures_of_one_kind(
-    upper: tuple[int, int], lower: tuple[int, int], order: Order
-) -> None:
-    found = crossings(
-        [
-            straight((-100.0, 0.0), (100.0, 0.0), spans=[(0.0, *upper)]),
-            straight((0.0, 100.0), (0.0, -100.0), spans=[(0.0, *lower)]),
-        ]
-    )
-    assert (set(found.upper.tolist()), set(found.lower.tolist())) == ({0}, {1})
-    assert found.order is not None
-    assert found.order.tolist() == [order] * len(found.upper)
-    n = len(found.upper)
-    turned, height, against = found.turned(np.full(n, -2.0))
-    assert against.tolist() == [order == Order.LAYERS] * n
-    assert height.tolist() == ([2.0] if order == Order.LAYERS else [-2.0]) * n
-    assert turned.upper.tolist() == [int(order == Order.LAYERS)] * n
 
 
 def test_layers_that_overlap_beside_their_node_are_level_there() -> None:

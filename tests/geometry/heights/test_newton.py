@@ -10,7 +10,6 @@ import pytest
 import scipy.sparse as sp
 
 from osm2xodr.geometry.heights import newton
-from osm2xodr.geometry.heights.crossings import Order
 from osm2xodr.geometry.heights.limits import Limits
 from osm2xodr.geometry.heights.newton import Solved, solve_network
 from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
@@ -52,13 +51,10 @@ def bound(
     cap: float = np.inf,
     *,
     own: bool = True,
-    place: int | None = None,
-    order: Order = Order.FIRM,
 ) -> Limits:
     n = rows.shape[0]
     bounds = np.full(n, low), np.full(n, high)
-    where = np.full(n, -1 if place is None else place, np.int64), np.full(n, order, np.int64)
-    return Limits(rows, *bounds, np.full(n, stiffness), np.full(n, cap), np.full(n, own, bool), *where)
+    return Limits(rows, *bounds, np.full(n, stiffness), np.full(n, cap), np.full(n, own, bool))
 
 
 def minimise(stiffness: sp.csr_matrix, observations: Observations, limits: Limits) -> Solved:
@@ -139,39 +135,6 @@ def test_what_another_road_bends_a_road_away_from_is_no_outlier() -> None:
         assert factors == pytest.approx([factor, factor], abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("order", "cap", "heights"),
-    [
-        # The sum of squares is least with both as they are, a 5 m below b; 3 m above it moves both by 4 m.
-        (Order.FIRM, 1.0, [1.0, 4.0]),
-        (Order.FIRM, np.inf, [4.0, 1.0]),
-        # What layers say holds where it can be had, and is turned over where it cannot.
-        (Order.LAYERS, np.inf, [4.0, 1.0]),
-        (Order.LAYERS, 1.0, [0.0, 5.0]),
-        # Nothing says anything: the lower one stays below.
-        (Order.OPEN, np.inf, [0.0, 5.0]),
-    ],
-)
-def test_layers_give_way_where_they_cannot_be_had(order: Order, cap: float, heights: list[float]) -> None:
-    limits = bound(row(1.0, -1.0), 3.0, np.inf, 1e5, cap, own=False, place=0, order=order)
-    x, _ = solve(observe(sp.csr_matrix(np.eye(2)), [0.0, 5.0]), limits)
-    assert x == pytest.approx(heights, abs=0.06)
-
-
-def test_layers_hold_where_the_other_way_up_costs_more() -> None:
-    # 0.5 m above by itself, and far short of 3 m: turned over it would lack 3.5 m.
-    limits = bound(row(1.0, -1.0), 3.0, np.inf, 1e5, 0.1, own=False, place=0, order=Order.LAYERS)
-    x, _ = solve(observe(sp.csr_matrix(np.eye(2)), [0.5, 0.0]), limits)
-    assert x == pytest.approx([0.6, -0.1], abs=1e-3)
-
-
-def test_each_place_is_turned_by_itself() -> None:
-    rows = sp.csr_matrix(np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]))
-    blocks = [bound(rows[[k]], 3.0, np.inf, 1e5, 1.0, own=False, place=k, order=Order.LAYERS) for k in (0, 1)]
-    x, _ = solve(observe(sp.csr_matrix(np.eye(4)), [0.0, 5.0, 3.0, 1.0]), join_blocks(blocks, 4))
-    assert x == pytest.approx([0.0, 5.0, 3.5, 0.5], abs=0.06)
-
-
 def test_joined_blocks_see_only_their_own_unknowns() -> None:
     joined = join_blocks([observe(row(1.0), [5.0]), observe(row(0.0, 2.0), [8.0])], 3)
     assert joined.rows.toarray().tolist() == [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
@@ -197,8 +160,6 @@ def test_few_places_are_brought_to_rest_by_themselves(monkeypatch: pytest.Monkey
         np.full(k, 1e3),
         cap,
         np.ones(k, bool),
-        np.full(k, -1, np.int64),
-        np.full(k, int(Order.FIRM), np.int64),
     )
     parts = []
     settle_part = newton._settle_part

@@ -34,19 +34,13 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     no_road = np.zeros(0, np.int64)
     reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none, none)
     low, no = np.array([-0.04]), np.zeros(1, bool)
-    outcome = Outcome(none, none, none, reading, no, none, none, crossings, low, no, no_road)
+    outcome = Outcome(none, none, none, reading, no, none, none, crossings, low, no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
         _report_crossings(problem, replace(outcome, clearance=np.array([height])), diagnostics)
         (note,) = diagnostics
         assert note.osm_id == "way/100"
         assert note.message.startswith(f"it passes {word} m above way/101 instead of 5.2 m")
-    turned = replace(outcome, clearance=np.array([5.2]), against_layers=np.array([True]))
-    diagnostics = Diagnostics()
-    _report_crossings(problem, turned, diagnostics)
-    assert [(item.kind, item.code, item.osm_id) for item in diagnostics] == [
-        (Kind.REPAIRED, "layer-order", "way/100")
-    ]
 
 
 def test_road_without_heights_is_filled_and_reported() -> None:
@@ -166,7 +160,6 @@ def by_hand() -> tuple[Network, Outcome]:
         limit=limit,
         crossings=Crossings(one, np.array([50.0]), one + 1, np.array([50.0]), np.array([5.2]), one, np.zeros((1, 2))),
         clearance=np.array([4.56]),
-        against_layers=np.zeros(1, bool),
         chain=chain,
     )
     return network, outcome
@@ -339,7 +332,6 @@ def test_all_roads_far_off_the_ground_are_named_and_ten_tabulated() -> None:
         limit=0.1 * every,
         crossings=Crossings(nowhere, none, nowhere, none, none, nowhere, np.zeros((0, 2))),
         clearance=none,
-        against_layers=none > 0,
         chain=np.full(12, -1),
     )
     worst = list(range(11, 1, -1))

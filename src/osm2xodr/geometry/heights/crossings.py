@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from enum import IntEnum
 from typing import Final
 
 import numpy as np
@@ -115,14 +114,6 @@ def _across(problem: ProfileProblem, curve: IntArray, span: IntArray) -> tuple[F
     return half, middle
 
 
-class Order(IntEnum):
-    """What says which of two carriageways is the upper one."""
-
-    FIRM = 0  # That one is a bridge, the ground or a tunnel where the other one is not
-    LAYERS = 1  # The layers of two bridges or of two tunnels
-    OPEN = 2  # Nothing: both are bridges or tunnels of one layer
-
-
 @record(eq=False)
 class Crossings:
     """Places where one carriageway passes over another without meeting it.
@@ -139,26 +130,6 @@ class Crossings:
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
     known_by: IntArray | None = None  # (n,) OSM way whose correction gives the clearance, 0 where none does
-    order: IntArray | None = None  # (n,) `Order`; firm where not given
-
-    def turned(self, height: FloatArray) -> tuple[Crossings, FloatArray, BoolArray]:
-        """Return them with the higher one above, the heights between, (n,), m, and where layers say otherwise."""
-        if self.order is None:
-            return self, height, np.zeros(len(height), bool)
-        over = lower_side(height, self.place, self.order != Order.FIRM)
-        upper, lower = np.where(over, self.lower, self.upper), np.where(over, self.upper, self.lower)
-        upper_s, lower_s = np.where(over, self.lower_s, self.upper_s), np.where(over, self.upper_s, self.lower_s)
-        crossings = replace(self, upper=upper, upper_s=upper_s, lower=lower, lower_s=lower_s)
-        return crossings, np.where(over, -height, height), over & (self.order == Order.LAYERS)
-
-
-def lower_side(height: FloatArray, place: IntArray, either: BoolArray) -> BoolArray:
-    """Return where the one that is called the upper one, (n,), is the lower one of a place where either may be."""
-    row = np.flatnonzero(either)
-    total = np.bincount(place[row], height[row], int(place.max(initial=0)) + 1)
-    out = np.zeros(len(either), bool)
-    out[row] = total[place[row]] < 0
-    return out
 
 
 @record(eq=False)
@@ -210,18 +181,7 @@ def _as_crossings(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) ->
     clearance, known_by = wanted_clearances(problem, *spans)
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by, _orders(ways, pairs, place))
-
-
-def _orders(ways: Carriageways, pairs: _Pairs, place: IntArray) -> IntArray:
-    """Return the `Order` of pairs, (m,), in places, (m,)."""
-    one, other = pairs.upper, pairs.lower
-    alike = (ways.structure[one] == ways.structure[other]) & (ways.structure[one] != Structure.GROUND)
-    same = (ways.level[one] == ways.level[other]) & (ways.far_level[one] == ways.far_level[other])
-    order = np.where(same, Order.OPEN, np.where(alike, Order.LAYERS, Order.FIRM)).astype(np.int64)
-    # A place turns as a whole.
-    mixed = np.isin(place, place[order != Order.LAYERS])
-    return np.where((order == Order.LAYERS) & mixed, Order.FIRM, order)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by)
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:

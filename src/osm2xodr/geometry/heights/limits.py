@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from osm2xodr.curves import heading_at, lengths, pose, wrapped
 from osm2xodr.geometry.defaults import GRADE_MAX
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings, Order, lower_side
+from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, hermite, hermite_curvature, hermite_slope, rows_matrix
 from osm2xodr.geometry.heights.observations import earthwork_samples
 from osm2xodr.geometry.heights.problem import ProfileProblem, class_values, end_spans, span_at
@@ -38,8 +38,6 @@ STIFFNESS_RATIO: Final = 60.0
 FIRM_STIFFNESS_RATIO: Final = 240.0
 # Clearances are at their largest force where they are short by this, m: less than what is reported.
 _CLEARANCE_SLACK: Final = 0.1
-# Layers are doubted where the clearance is less than this share of what it should be.
-_FAR_SHORT: Final = 0.5
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
 _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -95,38 +93,10 @@ class Limits:
     stiffness: FloatArray  # (m,) Force per excess
     cap: FloatArray  # (m,) Largest force: what pulls harder wins. Infinite where the bound must hold.
     own: BoolArray  # (m,) Whether a road or junction has it by itself; robust weights are set under these alone
-    # (m,) Number of the place where roads pass each other, -1 for other limits, and what says which is above, `Order`
-    place: IntArray
-    order: IntArray
 
     def own_only(self) -> Limits:
         """Return them with those against other roads made void."""
         return replace(self, low=np.where(self.own, self.low, -np.inf), high=np.where(self.own, self.high, np.inf))
-
-    def on_their_sides(self, value: FloatArray) -> Limits:
-        """Return them with those turned over that have a `value`, (m,), below 0 and may have, place by place."""
-        return self._turned_over(lower_side(value, self.place, self.order == Order.OPEN))
-
-    def the_other_way_up(self, place: int) -> Limits:
-        """Return them with those of a place turned over."""
-        return self._turned_over(self.place == place)
-
-    def contradicted(self, value: FloatArray) -> IntArray:
-        """Return the places where layers alone say which is above and a `value`, (m,), is far short, worst first."""
-        row = np.flatnonzero((self.order == Order.LAYERS) & (self.place >= 0))
-        share = value[row] / self.low[row]
-        short = np.flatnonzero(share < _FAR_SHORT)
-        places = self.place[row[short[np.argsort(share[short], kind="stable")]]]
-        first = np.unique(places, return_index=True)[1]
-        return np.asarray(places[np.sort(first)], np.int64)
-
-    def energy(self, value: FloatArray) -> float:
-        """Return the energy of all of them at the values of their functions, (m,)."""
-        excess, force = np.abs(self.excess(value)), np.abs(self.force(value))
-        return float(np.sum(force * excess - 0.5 * force**2 / self.stiffness))
-
-    def _turned_over(self, over: BoolArray) -> Limits:
-        return replace(self, low=np.where(over, -self.high, self.low), high=np.where(over, -self.low, self.high))
 
     def excess(self, value: FloatArray, index: IntArray | slice = slice(None)) -> FloatArray:
         """Return by how much the values of some functions are beyond their bounds, with its sign."""
@@ -149,12 +119,7 @@ def within(
 ) -> Limits:
     """Return own bounds on how far values are from `about`; `cap` is the largest force."""
     own = np.ones(len(bound), bool)
-    return Limits(rows, about - bound, about + bound, stiffness, cap, own, *nowhere(len(bound)))
-
-
-def nowhere(count: int) -> tuple[IntArray, IntArray]:
-    """Return place and order of limits that are no clearances."""
-    return np.full(count, -1, np.int64), np.full(count, int(Order.FIRM), np.int64)
+    return Limits(rows, about - bound, about + bound, stiffness, cap, own)
 
 
 def limit_grades(
@@ -237,9 +202,8 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     if crossings.known_by is not None:
         push = np.where(crossings.known_by != 0, defaults.CLEARANCE_PUSH_MAX, push)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
-    order = nowhere(len(k))[1] if crossings.order is None else crossings.order
     stiffness = np.maximum(STIFFNESS_RATIO, push / _CLEARANCE_SLACK) * k
-    return Limits(rows, crossings.clearance, high, stiffness, push * k, own, crossings.place, order)
+    return Limits(rows, crossings.clearance, high, stiffness, push * k, own)
 
 
 def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
@@ -248,7 +212,7 @@ def limit_meetings(network: Network, meets: Crossings, beams: Beams) -> Limits:
     below = _elements_of(network, meets.lower, meets.lower_s)
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     bound, own = np.full(len(k), defaults.MEETING_STEP_MAX), np.zeros(len(k), bool)
-    return Limits(rows, -bound, bound, STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own, *nowhere(len(k)))
+    return Limits(rows, -bound, bound, STIFFNESS_RATIO * k, defaults.MEETING_PUSH * k, own)
 
 
 def limit_structures(network: Network, reading: Reading, beams: Beams, floating: BoolArray, mean: float) -> Limits:
@@ -269,7 +233,7 @@ def limit_structures(network: Network, reading: Reading, beams: Beams, floating:
     ground, own = reading.z[at] - mean, np.zeros(len(at), bool)
     low = np.where(tunnel, -np.inf, ground - reading.sigma[at])
     high, cap = np.where(tunnel, ground, np.inf), defaults.STRUCTURE_PUSH * k
-    return Limits(rows, low, high, STIFFNESS_RATIO * k, cap, own, *nowhere(len(at)))
+    return Limits(rows, low, high, STIFFNESS_RATIO * k, cap, own)
 
 
 def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
@@ -280,7 +244,7 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     known, columns = network.problem.known, network.unknowns.to_knots.shape[1]
     if known is None or not len(known.z):
         none = np.zeros(0)
-        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool), *nowhere(0))
+        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool))
     on, inside = np.flatnonzero(known.road >= 0), np.flatnonzero(known.road < 0)
     element, u = network.place(known.road[on], known.s[on])
     roads = network.in_unknowns(network.knot_rows(element, u, hermite))
@@ -294,7 +258,7 @@ def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
     k = deflection_stiffness(beams.density[at], beams.flexibility[at])
     rows, z = sp.csr_matrix(sp.vstack([roads, planes], format="csr")[order]), known.z - mean
     own, cap = np.ones(len(z), bool), defaults.FIRM_PUSH * k
-    return Limits(rows, z, z, FIRM_STIFFNESS_RATIO * k, cap, own, *nowhere(len(z)))
+    return Limits(rows, z, z, FIRM_STIFFNESS_RATIO * k, cap, own)
 
 
 def _height_rows(network: Network, curve: IntArray, s: FloatArray) -> sp.csr_matrix:

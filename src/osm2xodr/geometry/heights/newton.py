@@ -5,7 +5,6 @@ The objective and why it is minimised this way: docs/method/heights.md.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -32,8 +31,6 @@ _AT_REST: Final = 1e-4
 _PARTS_FROM: Final = 4000
 _MOVING_SHARE: Final = 0.2
 _NEIGHBOUR_STEPS: Final = 4
-# Most places where the order by layers is tried the other way up, worst first. Maps have one or none.
-_MOST_TURNED: Final = 20
 # The line search halves its interval this many times, and always goes on by this share of a step, so that rounding
 # cannot stop it short of the minimum.
 _BISECTIONS: Final = 20
@@ -63,8 +60,7 @@ def solve_network(stiffness: sp.csr_matrix, obs: Observations, limits: Limits, f
     """Minimise bending, tension and misfit under elastic limits.
 
     The robust weights are set in the first rounds, under the roads' own limits only, and then stay: an observation is
-    no outlier because another road bends this one away from it. Of two roads that may pass each other either way up,
-    the one that is higher then goes above. Where layers contradict each other, the other way up is tried at the end.
+    no outlier because another road bends this one away from it.
 
     The quadratic part that does not change is the stiffness, (N, N); factors, (n,), are on the observations' weights
     to begin with. The rows of observations and limits are used up: afterwards the order of their columns is that of
@@ -86,32 +82,10 @@ def solve_network(stiffness: sp.csr_matrix, obs: Observations, limits: Limits, f
         weight = obs.weight * factors
         matrix = plain + system.normal(rows, transposed, weight)
         right = transposed @ (weight * obs.value)
-        if step == _ROBUST_ROUNDS:
-            limits = limits.on_their_sides(limits.rows @ x)
         objective = _Objective(system, matrix, right, own if step < _ROBUST_ROUNDS else limits)
         x = x + _newton_step(objective, x)[0] if step else system.solve(matrix, right)
-    x = _turn_contradicted(objective, _settle(objective, x, _SMALLEST_FALL))
+    x = _settle(objective, x, _SMALLEST_FALL)
     return Solved(x[system.place], rows @ x, factors)
-
-
-def _turn_contradicted(objective: _Objective, x: FloatArray) -> FloatArray:
-    """Return the minimum with places turned over where that costs less than the order that layers give them.
-
-    Layers may contradict each other, or where the roads come from: what they say costs most there.
-    """
-    limits = objective.limits
-    for place in limits.contradicted(limits.rows @ x)[:_MOST_TURNED].tolist():
-        turned = replace(objective, limits=objective.limits.the_other_way_up(place))
-        other = _settle(turned, x.copy(), _SMALLEST_FALL)
-        if _energy(turned, other) < _energy(objective, x):
-            objective, x = turned, other
-    return x
-
-
-def _energy(objective: _Objective, x: FloatArray) -> float:
-    """Return the objective at x."""
-    quadratic = 0.5 * objective.system.product(objective.matrix, x) - objective.right
-    return dot(quadratic, x) + objective.limits.energy(objective.limits.rows @ x)
 
 
 def _settle(objective: _Objective, x: FloatArray, smallest_fall: float) -> FloatArray:
@@ -149,10 +123,7 @@ def _settle_part(objective: _Objective, x: FloatArray, some: IntArray) -> FloatA
     x_part[place] = x[some]
     right[place] = (objective.right - system.product(matrix, x))[some] + part @ x[some]
     low, high = limits.low[near] - rest, limits.high[near] - rest
-    limits_part = Limits(
-        *(rows_part, low, high, limits.stiffness[near], limits.cap[near]),
-        *(limits.own[near], limits.place[near], limits.order[near]),
-    )
+    limits_part = Limits(rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near])
     objective_part = _Objective(system_part, system_part.placed(part), right, limits_part)
     return _settle(objective_part, x_part, _FALL_SHARE_OF_PART * _SMALLEST_FALL)[place]
 

@@ -332,9 +332,8 @@ def _read_solution(
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
     planes = x[: 3 * unknowns.junctions].reshape(-1, 3).copy()
     grade, limit = element_grades(network.elements, knots), model.grade_limit[network.elements.span]
-    crossings, between, against = model.crossings.turned(clearances.rows @ x)
-    chain = model.chains.chain
-    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, crossings, between, against, chain)
+    between, chain = clearances.rows @ x, model.chains.chain
+    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, model.crossings, between, chain)
 
 
 def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:

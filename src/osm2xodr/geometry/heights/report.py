@@ -64,7 +64,6 @@ class Outcome:
     # Where layers cross, and the height between them, m
     crossings: Crossings
     clearance: FloatArray
-    against_layers: BoolArray  # (n,) Whether the layers say that the lower one passes over the upper one
     chain: IntArray  # (E,) Chain of structures of each element, -1 on the ground
 
 
@@ -191,14 +190,6 @@ def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Di
             f"it passes {clearance[k]:.1f} m above way/{lower[k]} instead of {outcome.crossings.clearance[k]:.1f} m, "
             "more would make the roads too steep",
         )
-    for k in _largest_of_each(outcome.crossings.place, np.where(outcome.against_layers, 1.0, 0.0)).tolist():
-        if outcome.against_layers[k]:
-            diagnostics.repaired(
-                "layer-order",
-                f"way/{upper[k]}",
-                f"it passes {clearance[k]:.1f} m above way/{lower[k]}, whose layer is higher: as the layers say, the "
-                "roads would be too steep, or lie in each other",
-            )
 
 
 def report_known_heights(problem: ProfileProblem, z: FloatArray | None, diagnostics: Diagnostics) -> None:
