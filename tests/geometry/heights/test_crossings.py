@@ -227,26 +227,3 @@ def test_clearance_by_class() -> None:
     ]
     found = crossings(roads)
     assert dict(zip(found.lower.tolist(), found.clearance.tolist(), strict=True)) == {1: 5.4, 2: 5.2, 3: 4.2}
-
-
-@pytest.mark.parametrize(
-    ("across", "level"),
-    [
-        (straight((20.0, -100.0), (20.0, 100.0)), True),
-        # Both are 6 m wide: edges that overlap may follow from guessed widths.
-        (straight((-30.0, 4.0), (30.0, 4.0)), False),
-        # On two layers they pass over each other.
-        (straight((20.0, -100.0), (20.0, 100.0), spans=[(0.0, 0, 1)]), False),
-        # At a node that they share.
-        (straight((100.0, 0.0), (100.0, 100.0), start_link=1), False),
-    ],
-)
-def test_streets_that_cross_without_a_node_are_level(across: RoadSpec, level: bool) -> None:
-    along = straight((-100.0, 0.0), (100.0, 0.0), end_link=2 if across.start_link == 1 else -1)
-    problem = make_problem([along, across], [])
-    _, meets = find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
-    assert (len(meets.upper) > 0) == level
-    assert {(one, other) for one, other in zip(meets.upper.tolist(), meets.lower.tolist(), strict=True)} <= {
-        (0, 1),
-        (1, 0),
-    }

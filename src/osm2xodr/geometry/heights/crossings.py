@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,6 @@ from osm2xodr.curves import (
     hypot,
     lengths,
     overlap_depths,
-    overlapping_boxes,
     overlapping_pairs,
     pose,
     ranks,
@@ -147,14 +146,11 @@ class _Pairs:
         return _Pairs(*(getattr(self, item.name)[rows] for item in fields(_Pairs)))
 
 
-def find_crossings(
-    problem: ProfileProblem, end_node: IntArray, *, on_ground: bool = True
-) -> tuple[Crossings, Crossings]:
+def find_crossings(problem: ProfileProblem, end_node: IntArray) -> tuple[Crossings, Crossings]:
     """Find where one carriageway passes over another, by their areas, layers and structures.
 
     `end_node`, (2 R,), is the node that each road end lies at; junction j is node j. The second result are the places
-    where carriageways are level: on different layers right beside a node that they share, and, if `on_ground`, where
-    they cross there without a common node.
+    where carriageways of different layers are level: right beside a node that they share.
     """
     ways = lay_out_carriageways(problem)
     pairs = _places(ways, _overlaps(ways))
@@ -167,9 +163,7 @@ def find_crossings(
     half = pairs.depth >= 0.5 * np.minimum(ways.width[pairs.upper], ways.width[pairs.lower])
     apart = ways.level[pairs.upper] != ways.level[pairs.lower]
     meeting = near & apart & (pairs.crossing | half) & ~passing & (ways.curve[pairs.upper] != ways.curve[pairs.lower])
-    level = _places(ways, _on_the_ground(problem, ways)) if on_ground else pairs.chosen(np.zeros(0, np.int64))
-    level = level.chosen(np.flatnonzero(~_meetings(problem, end_node, ways, level)[0]))
-    chosen = pairs.chosen(np.flatnonzero(passing)), _one_after_the_other(pairs.chosen(np.flatnonzero(meeting)), level)
+    chosen = (pairs.chosen(np.flatnonzero(rows)) for rows in (passing, meeting))
     found, meets = (_as_crossings(problem, ways, _thinned(problem, ways, rows)) for rows in chosen)
     return found, meets
 
@@ -206,22 +200,6 @@ def _overlaps(ways: Carriageways) -> _Pairs:
     return _Pairs(upper[used], lower[used], depth[used], crossing[used], np.zeros(len(used), np.int64))
 
 
-def _on_the_ground(problem: ProfileProblem, ways: Carriageways) -> _Pairs:
-    """Return the pairs of pieces of two roads, both on the ground of one layer, whose middles cross."""
-    own = np.flatnonzero((ways.structure == Structure.GROUND) & (ways.curve < len(problem.end_junction)))
-    # Boxes of middles alone, which are much smaller than those of carriageways.
-    begin, end = _longer_middles(ways, own)
-    boxes = np.concatenate([np.minimum(begin, end).T, np.maximum(begin, end).T])
-    one, other = overlapping_boxes(boxes, np.ones(len(own), bool), ways.curve[own])
-    a, b = own[one], own[other]
-    apart = (ways.curve[a] != ways.curve[b]) & (ways.level[a] == ways.level[b])
-    a, b = a[apart], b[apart]
-    used = np.flatnonzero(_middles_cross(ways, a, b))
-    a, b = a[used], b[used]
-    depth = overlap_depths(ways.corners[a], ways.corners[b])
-    return _Pairs(a, b, depth, np.ones(len(a), bool), np.zeros(len(a), np.int64))
-
-
 def _middles_cross(ways: Carriageways, one: IntArray, other: IntArray) -> BoolArray:
     """Return whether the middles of pieces, both (n,), cross each other."""
     return segments_cross(*_longer_middles(ways, one), *_longer_middles(ways, other))
@@ -236,13 +214,6 @@ def _longer_middles(ways: Carriageways, pieces: IntArray) -> tuple[FloatArray, F
         more = _BEYOND * (last - first)
         begin[rows], end[rows] = first - more, last + more
     return begin, end
-
-
-def _one_after_the_other(one: _Pairs, other: _Pairs) -> _Pairs:
-    """Return pairs and other ones of other places."""
-    place = np.concatenate([one.place, other.place + one.place.max(initial=-1) + 1])
-    both = _Pairs(*(np.concatenate([getattr(pairs, item.name) for pairs in (one, other)]) for item in fields(_Pairs)))
-    return replace(both, place=place)
 
 
 def _places(ways: Carriageways, pairs: _Pairs) -> _Pairs:

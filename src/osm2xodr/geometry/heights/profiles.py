@@ -62,14 +62,12 @@ from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import (
     Beams,
     Chains,
-    bridges_above,
     estimated_elements,
     find_chains,
     network_stiffness,
     road_flexibility,
 )
 from osm2xodr.geometry.heights.superelevation import (
-    ease_lane_grades,
     road_superelevation,
     warp_ends,
     warp_profiles,
@@ -144,9 +142,7 @@ def solve_profiles(
         report_known_clearances(problem, solved.outcome.crossings, diagnostics)
         solution = _write_records(network, solved.outcome)
     warp = warp_ends(problem, solution.junction_plane)
-    eased = ease_lane_grades(problem, solution.elevation)
-    profiles = (superelevation, warp_profiles(problem, warp), eased)
-    known = [profile for profile in profiles if profile is not None]
+    known = [item for item in (superelevation, warp_profiles(problem, warp)) if item is not None]
     found = reduce(either_profile, known) if known else None
     return replace(solution, superelevation=found, end_superelevation=across + warp)
 
@@ -184,7 +180,7 @@ def _solve_level(
     near, crossings, places = roads_near_structures(network), None, np.zeros((0, 2))
     if len(near):
         part, _ = _cut(chosen_roads(problem, near), LevelGround(z))
-        crossings = find_crossings(part.problem, part.unknowns.end_node, on_ground=False)[0]
+        crossings = find_crossings(part.problem, part.unknowns.end_node)[0]
         places = crossings.xy
     report_known_clearances(problem, crossings, diagnostics)
     roads = ramp_roads(network, places, z)
@@ -268,8 +264,6 @@ def _build_model(
     flexibility = road_flexibility(network, reading, defaults.ROAD_FLEXIBILITY * factor[elements.span])
     leveling = np.where(estimated_elements(network, reading), 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
-    chains = find_chains(problem, elements)
-    flexibility = flexibility * defaults.LOWER_DECK_FLEXIBILITY ** bridges_above(network, chains, crossings)
     return _Model(
         network,
         reading,
@@ -277,7 +271,7 @@ def _build_model(
         mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
         grade_limit=class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_ground(reading, cell)[0][elements.road]),
-        chains=chains,
+        chains=find_chains(problem, elements),
         leveling=leveling,
         crossings=crossings,
         meets=meets,
