@@ -79,7 +79,7 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
     }
     nodes = np.array([(here[0].x, here[0].y) for here in on_streets.values()]).reshape(-1, 2)
     paths = JunctionPaths(world, inside, nodes)
-    found: dict[int, list[_Placed]] = defaultdict(list)
+    found: list[_Placed] = []
     for mapped in crossings:
         if mapped.node not in ways:
             continue
@@ -88,8 +88,8 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
             words = f"the crossing is left out: {placed}"
             world.diagnostics.dropped("crossing-left-out", f"node/{mapped.node}", words)
         else:
-            found[placed.crossing.on_course[0]].append(placed)
-    out = _joined(world, [item for road in sorted(found) for item in _merged(world, found[road])])
+            found.append(placed)
+    out = _joined(world, found)
     _report(world, out)
     return tuple(sorted((item.crossing for item in out), key=lambda item: (item.road, item.s)))
 
@@ -242,24 +242,6 @@ def _at_junction(world: World, crossing: Crossing) -> Crossing:
     return replace(crossing, at_start=nearest is False, at_end=nearest is True)
 
 
-def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
-    """Return the crossings on the course of one road in ascending s, those that overlap on the road itself merged."""
-    out: list[_Placed] = []
-    for item in sorted(found, key=lambda item: (item.crossing.on_course[1], item.crossing.osm_id)):
-        last = out[-1] if out else None
-        on_road = last is not None and last.crossing.junction < 0 and item.crossing.junction < 0
-        if last is not None and on_road and _overlap_along(last.crossing, item.crossing):
-            out[-1] = _one(world, last, item)
-        else:
-            out.append(item)
-    return out
-
-
-def _overlap_along(one: Crossing, other: Crossing) -> bool:
-    """Return whether two crossings of one road overlap along it."""
-    return abs(one.s - other.s) < 0.5 * (one.width + other.width)
-
-
 def _one(world: World, one: _Placed, other: _Placed) -> _Placed:
     """Merge two crossings: the one with lights is kept, else the one that was moved less."""
     kept, gone = sorted((one, other), key=lambda item: (not item.crossing.signals, item.moved))
@@ -268,22 +250,23 @@ def _one(world: World, one: _Placed, other: _Placed) -> _Placed:
     return replace(kept, crossing=replace(kept.crossing, island=one.crossing.island or other.crossing.island))
 
 
-def _joined(world: World, found: list[_Placed]) -> list[_Placed]:
-    """Merge crossings in or at one junction that lie upon each other, whatever roads they are on the course of."""
+def _joined(world: World, found: Sequence[_Placed]) -> list[_Placed]:
+    """Merge crossings of one road, or in or at one junction, that lie upon each other."""
     out: list[_Placed] = []
-    here: dict[int, list[int]] = defaultdict(list)
-    for item in sorted(found, key=lambda item: item.crossing.junction >= 0):
+    here: dict[tuple[bool, int], list[int]] = defaultdict(list)
+    for item in sorted(
+        found, key=lambda item: (item.crossing.junction >= 0, item.crossing.on_course, item.crossing.osm_id)
+    ):
         crossing, junction = item.crossing, item.crossing.junction
         road = world.lanes.road(crossing.on_course[0])
         link = road.successor if crossing.at_end else road.predecessor if crossing.at_start else None
         if junction < 0 and link is not None and link.to_junction:
             junction = link.id
-        rows = here[junction] if junction >= 0 else []
-        # On roads they have been compared.
-        inside = (k for k in rows if crossing.junction >= 0 and _overlap(world, out[k].crossing, crossing))
-        same = next(inside, None)
+        keys = [(True, junction)] * (junction >= 0) + [(False, crossing.on_course[0])] * (crossing.junction < 0)
+        same = next((k for k in here[keys[-1]] if _overlap(world, out[k].crossing, crossing)), None)
         if same is None:
-            rows.append(len(out))
+            for key in keys:
+                here[key].append(len(out))
             out.append(item)
         else:
             out[same] = _one(world, out[same], item)

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import meant_ends, priority_rank
+from osm2xodr.conventions import meant_ends
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.diagnostics import Kind, counted
 from osm2xodr.furniture import defaults
@@ -233,30 +233,16 @@ class YieldSigns:
         here = here or [item for item in self._by_end.values() if item.junction in junctions]
         if not here:
             return "no road with lanes for cars comes to that junction"
-        meant = here if control.all_way or len(here) == 1 else self._yielding(here, control)
+        meant = here if control.all_way or len(here) == 1 else self._yielding(here)
         if not meant:
             return "it stands on a junction of equal roads and does not say for which of them"
         kind, osm_id = _kind(control), f"node/{meeting.osm_node_id}"
         return [self._of(item, kind, osm_id, all_way=control.all_way) for item in meant]
 
-    def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
-        """Return the approaches that yield: by the junction's priorities, class of road, or the node's direction."""
+    def _yielding(self, here: Sequence[Approach]) -> list[Approach]:
+        """Return the approaches that yield by the junction's priorities; none where that are all of them."""
         minor = [item for item in here if item.road in self._minor_roads[item.junction]]
-        if minor and len(minor) < len(here):
-            return minor
-        streets = self._world.network.streets
-        ends = [(item, item.street_end % 2, streets[item.street_end // 2]) for item in here]
-        ranks = [priority_rank(street.attributes_at_end(end).highway) for _, end, street in ends]
-        lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
-        if lower:
-            return lower
-        if control.facing.along is None:
-            return []
-        return [
-            item
-            for item, end, street in ends
-            if meant_ends(street, end * (len(street.points) - 1), control.facing) == (end,)
-        ]
+        return minor if len(minor) < len(here) else []
 
     def _of(self, item: Approach, kind: str, osm_id: str, *, all_way: bool = False) -> YieldSign:
         return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)
