@@ -44,7 +44,7 @@ from osm2xodr.geometry.road_records import (
     with_bicycles_among_cars,
     with_floor,
 )
-from osm2xodr.geometry.roadside import add_margins, ends_instead, with_lanes_of_sections
+from osm2xodr.geometry.roadside import add_margins, ends_instead
 from osm2xodr.geometry.tile_edges import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, record, release_memory
@@ -55,7 +55,6 @@ class _Lanes:
     """What heights do not change."""
 
     lanes: list[LaneLayout]  # Of each road, strips beside the carriageway included
-    through: ConnectingRoads  # All roads through junctions, with the lanes that they join
     marks: Mapping[int, Marks]  # Of some of these
     priorities: Priorities
     diagnostics: Diagnostics  # What was found meanwhile
@@ -128,7 +127,7 @@ def build_roads(
         diagnostics.extend(item)
     steep = too_steep_corners(sides.corners, solved.solution)
     report_missing_corners(network, plan.layout, sides.corners.junction[steep], diagnostics)
-    through = lanes.through.chosen(np.concatenate([np.ones(len(plan.connecting.length), bool), ~steep]))
+    through = plan.connecting.joined(sides.corners.chosen(~steep))
     with Task(partial(_lay_out_floor, network, plan, through), apart=jobs > 1) as laid:
         lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
         carrying = on_crossfall_lines(through, lines)
@@ -163,12 +162,11 @@ def _lay_out_lanes(
 ) -> _Lanes:
     """Lay out the lanes of roads."""
     lanes = add_margins(carriageways, sides.margins, plan.parts.length.tolist())
-    through = with_lanes_of_sections(plan.connecting.joined(sides.corners), plan.parts, sides.margins, lanes)
     found = Diagnostics()
     priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
     style = find_country(network.country).marks
     marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule, priorities, style)
-    return _Lanes(lanes, through, marks, priorities, found)
+    return _Lanes(lanes, marks, priorities, found)
 
 
 def _find_heights(
