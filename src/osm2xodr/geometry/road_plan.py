@@ -212,16 +212,16 @@ def _connect(
         )
         return draw_in_parts(draw, links, jobs)
 
-    links = find_lane_links(cut.parts, movements, network.rule)
-    u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
-    direct = direct_roads(links, movements, cut.ends)
+    first = find_lane_links(cut.parts, movements, network.rule)
+    u_turns = np.array([movements[row.movement].u_turn for row in first.rows], bool)
+    direct = direct_roads(first, movements, cut.ends)
     # U-turns go round the nose of a median wherever it is.
     cut = _out_of_bends(network, _with_room_to_turn(network, cut, direct.chosen(~u_turns)))
-    before = find_lane_links(cut.parts, movements, network.rule, links)
+    before = find_lane_links(cut.parts, movements, network.rule, first)
     connecting = drawn(cut, before)
     cut = _with_arms_cleared(network, cut, connecting, jobs)
     links = find_lane_links(cut.parts, movements, network.rule, before)
-    direct = direct_roads(links, movements, cut.ends)
+    direct = redraw_connecting_roads(direct, first, links, partial(direct_roads, movements=movements, ends=cut.ends))
     even = keep_lanes_in_line(cut.parts, direct, network.rule) if in_line else cut.parts
     even = even_widths(even, _shorter(direct, cut.parts, even), network.rule, diagnostics)
     cut = replace(cut, parts=even)
