@@ -57,7 +57,6 @@ class _Lanes:
     lanes: list[LaneLayout]  # Of each road, strips beside the carriageway included
     marks: Mapping[int, Marks]  # Of some of these
     priorities: Priorities
-    diagnostics: Diagnostics  # What was found meanwhile
 
 
 @record(eq=False)
@@ -111,8 +110,8 @@ def build_roads(
     advance(0.45)
     known = ground() if ground else None
     solve = partial(_find_heights, network, plan, surface, elevation_options, known, neighbourhood)
-    # Heights need neither lanes nor sidewalks. In hills they take longest; on flat ground sidewalks take longer. The
-    # floor takes as long as records, and furniture as what is left of it and clearances.
+    # Heights need neither lanes nor sidewalks. In hills they take longest; on flat ground sidewalks take longer, and
+    # the floor as long as lanes and records. Furniture takes as long as what is left of it and clearances.
     hills, flat = jobs > 1 and known is not None, jobs > 1 and known is None
     sides_of = partial(lay_out_sides, network, plan)
     with Task(solve, apart=hills) as heights, Task(sides_of, apart=flat) as beside:
@@ -120,15 +119,18 @@ def build_roads(
         if flat:
             heights.result()
         sides = beside.result()
-        lanes = _lay_out_lanes(network, plan, carriageways, sides)
+        laid_out = Task(partial(_lay_out_lanes, network, plan, carriageways, sides), apart=False)
+        if hills:
+            laid_out.result()
         solved = heights.result()
     advance(0.75)
-    for item in (sides.diagnostics, solved.diagnostics, lanes.diagnostics):
-        diagnostics.extend(item)
+    diagnostics.extend(sides.diagnostics)
+    diagnostics.extend(solved.diagnostics)
     steep = too_steep_corners(sides.corners, solved.solution)
     report_missing_corners(network, plan.layout, sides.corners.junction[steep], diagnostics)
     through = plan.connecting.joined(sides.corners.chosen(~steep))
     with Task(partial(_lay_out_floor, network, plan, through), apart=jobs > 1) as laid:
+        lanes = laid_out.result()
         lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
         carrying = on_crossfall_lines(through, lines)
         road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)
@@ -162,11 +164,10 @@ def _lay_out_lanes(
 ) -> _Lanes:
     """Lay out the lanes of roads."""
     lanes = add_margins(carriageways, sides.margins, plan.parts.length.tolist())
-    found = Diagnostics()
-    priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting, found)
+    priorities = find_priorities(network, plan.ends, plan.layout, plan.parts, plan.connecting)
     style = find_country(network.country).marks
     marks = connecting_marks(plan.parts, plan.connecting, lanes, network.rule, priorities, style)
-    return _Lanes(lanes, marks, priorities, found)
+    return _Lanes(lanes, marks, priorities)
 
 
 def _find_heights(

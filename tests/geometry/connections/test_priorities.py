@@ -213,3 +213,16 @@ def test_of_several_signs_the_nearest_counts() -> None:
     made = case(EQUAL, {"si": "highway=stop direction=forward", "sf": "highway=give_way direction=forward"})
     stages = made.stages()
     assert dict(read_signs(stages.network).before_end) == {stages.end(3, list(made.nodes).index("o")): Sign.STOP}
+
+
+@EITHER
+def test_a_sign_on_a_street_inside_the_junction_is_for_the_arm_before_it(rule: Rule) -> None:
+    """The street from the south splits just before the crossing, and its halves are part of the junction."""
+    nodes = {**{name: NODES[name] for name in "wesn"}, "a": (-1.5, 0.0), "b": (1.5, 0.0), "f": (0.0, -4.0)}
+    nodes["g"] = (1.0, -2.0)
+    ways = {1: ("w a", SIDE), 2: ("b e", SIDE), 3: ("s f", SIDE), 5: ("a b", SIDE)}
+    ways |= {6: ("a f", f"{SIDE} oneway=yes"), 7: ("f g b", f"{SIDE} oneway=yes")}
+    roads = built(Case(nodes, ways, node_tags={"g": "highway=give_way"}), rule)
+    assert len(roads.junctions) == 1
+    assert roads.statistics["signs_followed"] == 1
+    assert {pair.split(">")[1][0] for pair in pairs(roads)} == {"3"}

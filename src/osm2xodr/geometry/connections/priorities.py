@@ -9,6 +9,7 @@ record; at signals there is none either. At roundabouts inside a junction who go
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby, permutations
 from typing import Final
 
@@ -17,7 +18,6 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.conventions import Signs, ranks_at_junction, read_signs
 from osm2xodr.curves import curves_cross, sine_cosine
-from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -64,13 +64,9 @@ def find_priorities(
     layout: JunctionLayout,
     parts: RoadParts,
     connecting: ConnectingRoads,
-    diagnostics: Diagnostics,
 ) -> Priorities:
-    """Find who has the right of way over whom at all junctions.
-
-    `diagnostics` gets signs that say the opposite of the roads' classes.
-    """
-    signs = read_signs(network)
+    """Find who has the right of way over whom at all junctions."""
+    signs = _with_inner_signs(network, ends, layout, read_signs(network))
     inside, rings = _signalled_inside(network, layout, signs), _rings_inside(network, layout)
     high: list[int] = []
     low: list[int] = []
@@ -181,6 +177,20 @@ def _round_the_middle(
         for other in rows[b]
         if passes(one, a, b) and not passes(other, b, a)
     ]
+
+
+def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:
+    """Give signs on streets inside a junction to the arms from which one can only drive there."""
+    before = dict(signs.before_end)
+    for end, sign in signs.before_end.items():
+        if not layout.inner[end // 2] or sign is Sign.SIGNALS:
+            continue
+        meeting = [2 * street + (not start) for street, start in network.intersections[int(ends.node[end ^ 1])].arms]
+        for arm in meeting:
+            onwards = [other for other in meeting if other != arm and ends.leaves[other]]
+            if ends.enters[arm] and not layout.inner[arm // 2] and onwards == [end ^ 1]:
+                before.setdefault(arm, sign)
+    return replace(signs, before_end=before)
 
 
 def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Signs) -> set[int]:
