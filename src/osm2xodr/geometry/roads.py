@@ -44,7 +44,7 @@ from osm2xodr.geometry.road_records import (
     with_bicycles_among_cars,
     with_floor,
 )
-from osm2xodr.geometry.roadside import add_margins, ends_instead
+from osm2xodr.geometry.roadside import add_margins, ends_instead, with_lanes_of_sections
 from osm2xodr.geometry.tile_edges import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.model import BoolArray, Borders, FloatArray, Island, RoadMap, StreetNetwork, Surface
 from osm2xodr.system import Task, advance, record, release_memory
@@ -131,6 +131,7 @@ def build_roads(
     through = plan.connecting.joined(sides.corners.chosen(~steep))
     with Task(partial(_lay_out_floor, network, plan, through), apart=jobs > 1) as laid:
         lanes = laid_out.result()
+        through = with_lanes_of_sections(through, plan.parts, sides.margins, lanes.lanes)
         lines = solved.lines.chosen(_keep_crossfall(solved)[through.junction[solved.lines.row]])
         carrying = on_crossfall_lines(through, lines)
         road_map = _road_map(network, plan, solved, carrying, lines, lanes, diagnostics, jobs)

@@ -8,7 +8,7 @@ import pytest
 from margin_cases import PARKING, TRACK, VERGE, WALK, Strips
 from road_measures import width_at
 
-from osm2xodr.geometry.roadside.strip_columns import columns_of, lanes_between, widths_of
+from osm2xodr.geometry.roadside.strip_columns import columns_of, present, widths_of
 from osm2xodr.geometry.roadside.strips import MarginStretch, Notch
 from osm2xodr.model import LaneType, MarginSpec
 
@@ -49,9 +49,9 @@ def test_room_that_nobody_parks_in_opens_where_parking_closes_and_closes_where_i
         assert width_at(by_type[LaneType.RESTRICTED], 0.1 * k) + width_at(by_type[LaneType.PARKING], 0.1 * k) == (
             pytest.approx(full)
         )
-    # Each has the same number everywhere.
-    assert [lanes_between(columns, margins, *end) for end in ends] == [3, 3, 3]
-    assert [lanes_between(columns, margins, *end) for end in ((0.0, 40.0), (40.0, 50.0))] == [3, 3]
+    # It is in all sections in which it has any width.
+    assert [len(present(columns, margins, *end)) for end in ends] == [3, 3, 2]
+    assert [len(present(columns, margins, *end)) for end in ((0.0, 40.0), (40.0, 50.0))] == [3, 3]
 
 
 def test_a_strip_that_ends_in_a_notch_ends_where_it_did() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.roadside.corner_lanes import with_lanes_of_sections
 from osm2xodr.geometry.roadside.corner_narrowing import lay_out_corners
 from osm2xodr.geometry.roadside.corner_strips import inner_width
 from osm2xodr.geometry.roadside.cycle_tracks import ends_of_strips, with_cycle_tracks
@@ -24,4 +25,5 @@ __all__ = [
     "margins_with_room",
     "run_out",
     "with_cycle_tracks",
+    "with_lanes_of_sections",
 ]

@@ -15,8 +15,8 @@ from osm2xodr.curves import Table, arctan2, cosine, sine, sorted_unique, unique_
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.roadside import defaults
+from osm2xodr.geometry.roadside.corner_lanes import strips_at_end
 from osm2xodr.geometry.roadside.corner_strips import Sidewalk
-from osm2xodr.geometry.roadside.strip_columns import strips_at_end
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, Rule
 from osm2xodr.system import record

@@ -13,10 +13,10 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.defaults import STRAIGHT_ON
 from osm2xodr.geometry.junctions import RoadParts, end_poses
 from osm2xodr.geometry.lanes import end_lanes
+from osm2xodr.geometry.roadside.corner_lanes import strips_at_end
 from osm2xodr.geometry.roadside.corner_pairs import Corners, Walks
 from osm2xodr.geometry.roadside.corner_strips import Sidewalk
 from osm2xodr.geometry.roadside.sidewalk_corners import draw_corners
-from osm2xodr.geometry.roadside.strip_columns import strips_at_end
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import FloatArray, IntArray, LaneType, Rule
 

@@ -6,7 +6,7 @@ strips never cut the lane sections in which cars change lanes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Final
@@ -15,7 +15,6 @@ import numpy as np
 
 from osm2xodr.curves import part_of_cubics, smooth_cubic, value_of_cubics
 from osm2xodr.geometry.defaults import TAPER_SHARE
-from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import without_repeats
 from osm2xodr.geometry.roadside import defaults
 from osm2xodr.geometry.roadside.strips import Margins, Notch, Wedge
@@ -120,32 +119,18 @@ def _same_kind(column: Sequence[MarginSpec | None], strip: MarginSpec) -> bool:
     return (other.type, other.direction, other.height) == (strip.type, strip.direction, strip.height)
 
 
-def lanes_between(columns: Sequence[Column], margins: Margins, begin: float, end: float) -> int:
-    """Return how many lanes columns are between two places on the road, s, m: up to the outermost with a strip there.
-
-    Those inside of it without one have no width there, so that each has the same number all along the road.
-    """
+def present(columns: Sequence[Column], margins: Margins, begin: float, end: float) -> list[int]:
+    """Return the indices of the columns with a strip anywhere between two places on the road, s, m."""
     here = [
         k
         for k, item in enumerate(margins)
         if item.start < end - defaults.SAME_PLACE and item.end > begin + defaults.SAME_PLACE
     ]
-    some = (any(column.strips[k] is not None or k in column.opening for k in here) for column in columns)
-    return max((number for number, with_any in enumerate(some, start=1) if with_any), default=0)
-
-
-def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> list[tuple[int, MarginSpec]]:
-    """Return the strips at a side (left 1, right -1) of a road end, from the carriageway outwards, with lane ids."""
-    simple = len(margins) < 2 and not (margins and margins[0].wedges)
-    # Most roads have no strips, or such as are columns of their own, from end to end.
-    here: Iterable[MarginSpec | None] = margins[0].strips(side) if margins and simple else ()
-    if simple and not here:
-        return []
-    if not simple:
-        here = (column.strip_at(end, side) for column in columns_of(margins, side))
-    section = parts.at_end(end).section
-    first = len(section.left if side > 0 else section.right) + 1
-    return [(side * number, strip) for number, strip in enumerate(here, first) if strip is not None]
+    return [
+        i
+        for i, column in enumerate(columns)
+        if any(column.strips[k] is not None or k in column.opening for k in here)
+    ]
 
 
 def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:

@@ -10,7 +10,7 @@ from typing import Final
 from osm2xodr.curves import part_of_cubics, value_of_cubics
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
 from osm2xodr.geometry.roadside import defaults
-from osm2xodr.geometry.roadside.strip_columns import Column, columns_of, lanes_between, widths_of
+from osm2xodr.geometry.roadside.strip_columns import Column, columns_of, present, widths_of
 from osm2xodr.geometry.roadside.strips import Margins
 from osm2xodr.model import Cubic, Lane, LaneSection, MarginSpec, RoadMark
 from osm2xodr.system import record
@@ -63,7 +63,7 @@ class _Side:
     # The columns of strips there, from the carriageway outwards, and their widths along the road
     columns: tuple[Column, ...]
     widths: tuple[tuple[Cubic, ...], ...]
-    count: list[int]  # How many of the columns each section has, from the carriageway outwards
+    present: list[list[int]]  # Indices of the columns that each section has
     inner: list[int]  # How many lanes the carriageway has there, in each section
     borders: list[tuple[float, float]]  # Where the sections begin and end, s, m
 
@@ -76,39 +76,40 @@ class _Side:
             side,
             columns,
             tuple(widths_of(column, margins) for column in columns),
-            [lanes_between(columns, margins, *place) for place in borders],
+            [present(columns, margins, *place) for place in borders],
             [sum(lane.id * side > 0 for lane in section.lanes) for section in sections],
             borders,
         )
 
     def lanes(self, k: int) -> list[Lane]:
         """Return the lanes of the k-th section, from the carriageway outwards."""
-        here = self.columns[: self.count[k]]
-        height = [column.kind.height for column in here]
+        here = self.present[k]
+        height = [self.columns[column].kind.height for column in here]
         kerb = [*(_is_step(*pair) for pair in pairwise(height)), False]
         return [
             Lane(
-                id=self._id(k, column),
-                type=item.kind.type,
+                id=self._id(k, column) or 0,
+                type=self.columns[column].kind.type,
                 widths=part_of_cubics(self.widths[column], *self.borders[k]),
                 predecessor=self._linked(k - 1, column, self.borders[k][0]) if k else None,
                 successor=self._linked(k + 1, column, self.borders[k][1]) if k + 1 < len(self.borders) else None,
-                road_mark=_KERB_MARK if kerb[column] else NO_MARK,
-                height=height[column],
+                road_mark=_KERB_MARK if kerb[rank] else NO_MARK,
+                height=height[rank],
             )
-            for column, item in enumerate(here)
+            for rank, column in enumerate(here)
         ]
 
-    def _id(self, k: int, column: int) -> int:
-        """Return the lane id of a column in the k-th section."""
-        return self.side * (self.inner[k] + 1 + column)
+    def _id(self, k: int, column: int) -> int | None:
+        """Return the lane id of a column in the k-th section; None if the section does not have it."""
+        here = self.present[k]
+        return self.side * (self.inner[k] + 1 + here.index(column)) if column in here else None
 
     def _linked(self, k: int, column: int, s: float) -> int | None:
         """Return the lane id of a column in the k-th section if it has any width at s, the border to that section.
 
         ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section has no link beyond it.
         """
-        return self._id(k, column) if column < self.count[k] and has_width(self.widths[column], s) else None
+        return self._id(k, column) if has_width(self.widths[column], s) else None
 
 
 def has_width(widths: Sequence[Cubic], s: float) -> bool:
