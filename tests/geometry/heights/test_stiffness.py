@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from elevation_helpers import Ground, RoadSpec, make_problem, solve, straight
 
+from osm2xodr.geometry.heights.crossings import find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, hermite, number_unknowns
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.geometry.heights.stiffness import (
     Chains,
     arm_deviations,
+    bridges_above,
     deflection_stiffness,
     estimated_elements,
     find_chains,
@@ -308,3 +310,45 @@ def test_tunnel_that_the_edge_cuts_does_not_run_away() -> None:
     _, _, _, z = found.along(0)
     assert z.max() < 15.0
     assert z.min() > -0.1
+
+
+def test_bridges_above_each_other_are_counted_from_the_top() -> None:
+    """A bridge over a street, below another one, below a third: the street is none, and neither is a tunnel."""
+    roads = [
+        straight((-200.0, 10.0 * k), (200.0, 10.0 * k), spans=[(0.0, 0, 0), (50.0, *level), (350.0, 0, 0)])
+        for k, level in enumerate([(0, 0), (2, -1)])
+    ]
+    roads += [
+        straight((50.0 * k, -200.0), (-50.0 * k, 200.0), spans=[(0.0, 0, 0), (50.0, 1, k), (350.0, 0, 0)])
+        for k in (1, 2, 3)
+    ]
+    problem = make_problem(roads, [])
+    elements = build_elements(problem, 60.0)
+    network = Network(
+        problem, elements, build_samples(problem, elements, np.full(5, 20.0)), number_unknowns(problem, elements)
+    )
+    crossings = find_crossings(problem, network.unknowns.end_node)[0]
+    found = bridges_above(network, find_chains(problem, elements), crossings)
+    on = elements.structure > 0
+    assert {(int(road), int(count)) for road, count in zip(elements.road[on], found[on], strict=True)} == {
+        (1, 0),
+        (2, 2),
+        (3, 1),
+        (4, 0),
+    }
+    assert not found[~on].any()
+
+
+def test_the_upper_bridge_rises_and_the_lower_one_stays_straight() -> None:
+    """Over a valley, with the portals of both at one height."""
+    spans = [[(0.0, 0, 0), (200.0, 1, layer), (800.0, 0, 0)] for layer in (1, 2)]
+    roads = [
+        straight((-500.0, 0.0), (500.0, 0.0), spans=spans[0]),
+        straight((0.0, -500.0), (0.0, 500.0), spans=spans[1]),
+    ]
+    valley = Ground(lambda x, y: 20.0 - 15.0 * ((np.abs(x) < 290.0) & (np.abs(y) < 290.0)), cell_size=5.0, sigma=0.5)
+    found = solve(roads, valley)
+    lower, upper = (float(found.z(road, 500.0)[0]) for road in (0, 1))
+    assert upper - lower > 5.0
+    # Of what is wanted the upper one takes most.
+    assert 0.0 <= 20.0 - lower < 0.4 * (upper - 20.0)

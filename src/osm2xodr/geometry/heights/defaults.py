@@ -34,6 +34,9 @@ RELIEF_SHARE: Final = 0.6
 GRADE_LENGTH: Final = 70.0
 # Bridges and tunnels longer than this are drawn straight between their ends, m.
 STRUCTURE_TENSION_LENGTH: Final = 60.0
+# Factor on the flexibility of bridges for each bridge above them: they are built straight between their portals, and
+# what passes over them is built higher.
+LOWER_DECK_FLEXIBILITY: Final = 0.05
 # Standard error of a junction's tilt about level, where its roads leave it open, rise per metre: streets at junctions
 # are within a few percent.
 JUNCTION_TILT_SIGMA: Final = 0.3

@@ -62,6 +62,7 @@ from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import (
     Beams,
     Chains,
+    bridges_above,
     estimated_elements,
     find_chains,
     network_stiffness,
@@ -264,6 +265,8 @@ def _build_model(
     flexibility = road_flexibility(network, reading, defaults.ROAD_FLEXIBILITY * factor[elements.span])
     leveling = np.where(estimated_elements(network, reading), 1.0 / (flexibility * defaults.GRADE_LENGTH**2), 0.0)
     crossings, meets = find_crossings(problem, network.unknowns.end_node)
+    chains = find_chains(problem, elements)
+    flexibility = flexibility * defaults.LOWER_DECK_FLEXIBILITY ** bridges_above(network, chains, crossings)
     return _Model(
         network,
         reading,
@@ -271,7 +274,7 @@ def _build_model(
         mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
         grade_limit=class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
         beams=Beams(flexibility, typical_ground(reading, cell)[0][elements.road]),
-        chains=find_chains(problem, elements),
+        chains=chains,
         leveling=leveling,
         crossings=crossings,
         meets=meets,

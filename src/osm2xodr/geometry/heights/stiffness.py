@@ -9,17 +9,19 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import cosine, exp, hypot, lengths, log, pose, runs, sine, wrapped
 from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Network,
     assemble,
     bending_matrices,
+    element_at,
     end_poses,
     on_plane,
     rows_matrix,
     tension_matrices,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans
+from osm2xodr.geometry.heights.problem import ProfileProblem, curve_spans, end_spans, fast_spans
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 from osm2xodr.system import record
@@ -45,6 +47,8 @@ _SHORTEST_SPOKE: Final = 1.0
 _LONGEST_SPOKE: Final = 25.0
 # How much stiffer fast roads are within junctions.
 _FAST_STIFFER: Final = 100.0
+# Bridges above each other that are counted: four levels are few.
+_MOST_ABOVE: Final = 3
 
 
 def road_flexibility(network: Network, reading: Reading, usual: FloatArray) -> FloatArray:
@@ -192,6 +196,23 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     loose[chain_of[loose_run]] = True
     # One more for elements on the ground, whose run is -1.
     return Chains(np.r_[chain_of, -1][run], np.r_[sign_of, 1.0][run], loose)
+
+
+def bridges_above(network: Network, chains: Chains, crossings: Crossings) -> IntArray:
+    """Return how many bridges lie one above the other over that which each element belongs to, (E,): 3 at most."""
+    problem, elements, roads = network.problem, network.elements, len(network.problem.end_junction)
+    structure, chain = [], []
+    for curve, s in ((crossings.upper, crossings.upper_s), (crossings.lower, crossings.lower_s)):
+        structure.append(problem.span_structure[curve_spans(problem, curve, s)])
+        own = chains.chain[element_at(elements, np.minimum(curve, roads - 1), s)]
+        chain.append(np.where(curve < roads, own, -1))
+    decks = (structure[0] == Structure.BRIDGE) & (structure[1] == Structure.BRIDGE) & (chain[1] >= 0)
+    upper, lower = chain[0][decks], chain[1][decks]
+    # Elements on the ground, and connecting roads, have the last one's number, -1.
+    above = np.zeros(len(chains.loose) + 1, np.int64)
+    for level in range(1, _MOST_ABOVE + 1):
+        above[lower[above[upper] == level - 1]] = level
+    return above[chains.chain]
 
 
 def _opposite_arms(problem: ProfileProblem, on: BoolArray) -> IntArray:
