@@ -36,6 +36,31 @@ def test_lanes_have_limits_of_their_own(rule: Rule, expected: list[int]) -> None
     assert [round(lane.speed * 3.6) for lane in lanes if lane.speed is not None] == expected
 
 
+@pytest.mark.parametrize("user", ["psv", "bus"])
+def test_the_odd_lane_runs_where_buses_have_theirs(user: str) -> None:
+    section = cross_section({"highway": "primary", "lanes": "3", f"lanes:{user}:backward": "1"}, 0, Rule.RIGHT_HAND)
+    car, bus = LaneType.DRIVING, LaneType.BUS
+    back, on = Direction.BACKWARD, Direction.FORWARD
+    assert lanes_of(section) == [(bus, back), (car, back), (car, on)]
+    section = cross_section({"highway": "primary", "lanes": "3", f"lanes:{user}:backward": "1"}, 0, Rule.LEFT_HAND)
+    assert lanes_of(section) == [(car, on), (car, back), (bus, back)]
+
+
+@pytest.mark.parametrize(
+    ("lanes", "direction", "expected", "words"),
+    [
+        ("2+1", 0, [-1, 1, 1], "lanes=2+1 taken for lanes:forward=2, lanes:backward=1"),
+        ("1 + 3", 0, [-1, -1, -1, 1], "lanes=1 + 3 taken for lanes:forward=1, lanes:backward=3"),
+        ("1+1+1", 0, [-1, 0, 1], "lanes=1+1+1 taken for lanes:forward=1, lanes:both_ways=1, lanes:backward=1"),
+        ("2+1", 1, [1, 1, 1], "lanes=2+1 taken for 3"),
+    ],
+)
+def test_sums_of_lanes_are_read_by_direction(lanes: str, direction: int, expected: list[int], words: str) -> None:
+    section = cross_section({"highway": "primary", "lanes": lanes}, direction, Rule.RIGHT_HAND)
+    assert [int(lane.direction) for lane in section.lanes_ltr] == expected
+    assert [text for _, code, text in section.findings if code == "lane-count"] == [words]
+
+
 def test_taxis_that_may_drive_against_the_one_way_have_a_lane() -> None:
     section = cross_section({"highway": "primary", "lanes": "2", "oneway:taxi": "no"}, 1, Rule.LEFT_HAND)
     assert lanes_of(section) == [(LaneType.DRIVING, Direction.FORWARD), (LaneType.TAXI, Direction.BACKWARD)]

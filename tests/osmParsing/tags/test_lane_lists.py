@@ -32,6 +32,7 @@ def types(slots: tuple[Slot, ...]) -> str:
         ("vehicle:lanes=yes|no bicycle:lanes=yes|yes", 1, "dc"),
         ("bicycle:lanes=yes|designated", 1, "dc"),
         # Nothing keeps cars out, and both lanes are counted as lanes for cars.
+        ("bicycle:lanes=yes|designated", 2, "dd"),
         ("bicycle:lanes=use_sidepath|use_sidepath|designated", 0, "ddc"),
         # Bus lanes: https://www.openstreetmap.org/way/33097750, /way/225787417 and /way/60741687
         ("access:lanes=yes|yes|no bus:lanes=yes|yes|designated", 3, "ddb"),

@@ -33,7 +33,7 @@ from osm2xodr.osmParsing.defaults import (
 )
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
-from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups, with_lanes_of_sums
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import (
     MARGIN_TAGS,
@@ -147,6 +147,7 @@ def cross_section(
     `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`.
     """
     findings: Findings = []
+    tags = with_lanes_of_sums(tags, direction, findings)
     way = _Way(tags, direction, rule, default_lane_width, closed, country, in_town, known_widths or {})
     by_tags, parking = _section(way, replace(facts, kerbs=None))
     if facts.kerbs is None:

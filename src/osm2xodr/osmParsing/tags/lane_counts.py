@@ -7,6 +7,7 @@ assumed: one lane each way, more on one-way motorways. Every decision becomes a 
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Final
 
@@ -31,6 +32,7 @@ _OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
 # OSM's names of the directions along (1) and against (-1) a way.
 SIDES: Final = {1: "forward", -1: "backward"}
 _CODE: Final = "lane-count"
+_SUM: Final = re.compile(r"\s*[1-9]\s*(\+\s*[1-9]\s*){1,2}", re.ASCII)
 
 
 @record
@@ -69,6 +71,22 @@ def lane_groups(
         return _oneway_groups(tags, -closed, contraflow_bus, findings)
     groups = _twoway_groups(tags, findings)
     return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
+
+
+def with_lanes_of_sums(tags: Tags, direction: int, findings: Findings) -> Tags:
+    """Return tags with ``lanes=2+1`` as a number, on a two-way road also by direction: forward and backward.
+
+    Of three numbers the one in the middle is that of lanes for both directions.
+    """
+    text = tags.get("lanes", "")
+    if not _SUM.fullmatch(text):
+        return tags
+    counts = [int(part) for part in text.split("+")]
+    ways = ("forward", "both_ways", "backward") if len(counts) == 3 else ("forward", "backward")
+    by_way = {} if direction else {f"lanes:{way}": str(count) for way, count in zip(ways, counts, strict=True)}
+    named = ", ".join(f"{key}={count}" for key, count in by_way.items()) or sum(counts)
+    findings.append((Kind.GUESSED, _CODE, f"lanes={text} taken for {named}"))
+    return {**by_way, **tags, "lanes": str(sum(counts))}
 
 
 def _closed_to_cars(slots: tuple[Slot, ...], tags: Tags, closed: int) -> tuple[Slot, ...]:
@@ -148,7 +166,7 @@ def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
         findings.append((Kind.GUESSED, _CODE, "one lane for both directions, made two narrow ones"))
         forward = backward = 1
     else:
-        forward, between, backward = _split(total, forward, between, backward, findings)
+        forward, between, backward = _split(total, forward, between, backward, _odd_side(tags), findings)
     groups: dict[str, tuple[Slot, ...]] = {}
     for way, own, count in (
         ("forward", slots[0], forward),
@@ -161,8 +179,22 @@ def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
     return LaneGroups(**groups, shared=shared)
 
 
-def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
-    """Divide the lanes of a two-way road into forward, both ways and backward; 0 stands for unknown."""
+def _odd_side(tags: Tags) -> str:
+    """Return the direction with more lanes for buses by their numbers; forward where they do not say."""
+    buses = [
+        max(parse_count(tags.get(f"lanes:{user}:{way}", ""))[0] or 0 for user in ("psv", "bus"))
+        for way in ("forward", "backward")
+    ]
+    return "backward" if buses[1] > buses[0] else "forward"
+
+
+def _split(
+    total: int, forward: int, between: int, backward: int, odd: str, findings: Findings
+) -> tuple[int, int, int]:
+    """Divide the lanes of a two-way road into forward, both ways and backward; 0 stands for unknown.
+
+    Where nothing else says, the `odd` lane runs in the direction of that name.
+    """
     if not total:
         if not forward and not backward:
             findings.append((Kind.GUESSED, _CODE, "no lanes given, one each way assumed"))
@@ -175,8 +207,10 @@ def _split(total: int, forward: int, between: int, backward: int, findings: Find
     rest = total - between
     if not forward and not backward:
         if rest % 2 and rest > 1:
-            findings.append((Kind.GUESSED, _CODE, f"{total} lanes without directions, the odd one runs forward"))
+            findings.append((Kind.GUESSED, _CODE, f"{total} lanes without directions, the odd one runs {odd}"))
         forward, backward = max((rest + 1) // 2, 1), max(rest // 2, 1)
+        if odd == "backward":
+            forward, backward = backward, forward
     elif not forward or not backward:
         forward = forward or max(rest - backward, 1)
         backward = backward or max(rest - forward, 1)

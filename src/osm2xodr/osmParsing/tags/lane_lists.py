@@ -102,7 +102,7 @@ def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Fin
     count = max(lengths, key=lambda length: (lengths[length], length == tagged, length))
     fitting = {name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}
     users = [{name: values[place] for name, values in fitting.items()} for place in range(count)]
-    types = [_type(own) for own in users]
+    types = _types(users, tagged)
     slots = [Slot(kind, access=_access(own)) for kind, own in zip(types, users, strict=True)]
     # Lists describe all lanes, or only those for cars.
     motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
@@ -152,6 +152,14 @@ def _lists(tags: Tags, directions: Sequence[str], findings: Findings) -> dict[st
                     findings.append((Kind.DROPPED, "lane-lists", words))
                 break
     return lists
+
+
+def _types(users: Sequence[Tags], tagged: int) -> list[LaneType]:
+    types = [_type(own) for own in users]
+    if LaneType.BIKING in types and len(types) == tagged and not any(name in users[0] for name in CAR_KEYS):
+        # Bicycles are named for a lane, but nothing keeps cars out, and `lanes` counts it.
+        return [LaneType.DRIVING if kind is LaneType.BIKING else kind for kind in types]
+    return types
 
 
 def _type(users: Tags) -> LaneType:
