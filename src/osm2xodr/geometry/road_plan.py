@@ -16,7 +16,7 @@ from osm2xodr.geometry.connections import (
     beyond_streets,
     build_connecting_roads,
     change_in_parts,
-    clear_arms_at_last,
+    clear_arms,
     detours,
     direct_roads,
     draw_in_parts,
@@ -259,7 +259,7 @@ def _within_streets(cut: CutStreets, trim: FloatArray) -> FloatArray:
 def _with_arms_cleared(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, jobs: int) -> CutStreets:
     """Cut back the arms that ways run over."""
     layout = cut.layout
-    trim = clear_arms_at_last(cut.ends, layout, cut.parts, connecting, jobs)
+    trim = clear_arms(cut.ends, layout, cut.parts, connecting, jobs)
     moved = trim > layout.trim
     if not moved.any():
         return cut

@@ -12,7 +12,7 @@ from road_measures import RoadMeasures, assert_sound
 from street_cases import Case
 
 from osm2xodr.curves import pose, project
-from osm2xodr.geometry.connections import ConnectingRoads, clear_arms_at_last, overrun_arms
+from osm2xodr.geometry.connections import ConnectingRoads, clear_arms, overrun_arms
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import RoadMap, Rule
@@ -65,10 +65,10 @@ def test_an_end_may_take_what_the_other_has_not(
     """A street of 30 m gives 10 m and 8 m to its junctions; 3 m and 2 cm of the other 12 m stay."""
     found = np.array([far, other])
     arms = np.flatnonzero(found)
-    monkeypatch.setattr(overrun_arms, "ways_over_arms", lambda *_: (0 * arms, arms, found[arms]))
+    monkeypatch.setattr(overrun_arms, "ways_over_arms", lambda *_: (arms, found[arms]))
     ends = cast("StreetEnds", SimpleNamespace(length=np.array([30.0, 30.0])))
     layout = cast("JunctionLayout", SimpleNamespace(trim=np.array([10.0, 8.0]), junction=np.array([0, 1])))
-    trim = clear_arms_at_last(ends, layout, cast("RoadParts", None), cast("ConnectingRoads", None))
+    trim = clear_arms(ends, layout, cast("RoadParts", None), cast("ConnectingRoads", None))
     assert trim - layout.trim == pytest.approx(given)
 
 

@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.connecting_roads import (
 )
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.marks import Marks, connecting_marks
-from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms_at_last
+from osm2xodr.geometry.connections.overrun_arms import beyond_streets, clear_arms
 from osm2xodr.geometry.connections.pose_to_pose import (
     connect,
     curves_apart,
@@ -41,7 +41,7 @@ __all__ = [
     "beyond_streets",
     "build_connecting_roads",
     "change_in_parts",
-    "clear_arms_at_last",
+    "clear_arms",
     "connect",
     "connecting_marks",
     "curves_apart",

@@ -58,16 +58,19 @@ _LEAST_CUT: Final = 0.3
 _PAIRS_PER_SHARE: Final = 15000
 
 
-def clear_arms_at_last(
+def clear_arms(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
 ) -> FloatArray:
     """Return how much each street end gives so that no way runs over its arm, (ends,), m, even of a short street.
 
     An end may take what the other end of its street has not, but for the shortest street, and the ramp of a tunnel:
-    what runs over that lies at its height.
+    what runs over that lies at its height. `layout` is that of the parts; `jobs` processes work on it.
     """
     trim = layout.trim
-    more = np.maximum(trims_off_ways(ends, layout, parts, connecting, jobs) - trim, 0.0).reshape(-1, 2)
+    far = np.zeros(len(trim))
+    arm, out = ways_over_arms(ends, layout, parts, connecting, jobs)
+    np.maximum.at(far, arm, out)
+    more = np.where(far > 0, far + _CLEARANCE, 0.0).reshape(-1, 2)
     least = np.where((layout.junction.reshape(-1, 2) >= 0).all(1), SHORTEST_STREET, SHORTEST_ROAD) + SNAPPED
     spare = np.maximum(ends.length[0::2] - trim.reshape(-1, 2).sum(1) - least, 0.0)
     share = np.minimum(1.0, spare / np.maximum(more.sum(1), 1e-9))
@@ -78,23 +81,22 @@ def clear_arms_at_last(
 
 def ways_over_arms(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return which ways run over which street ends of their junction, and how far out from the arm's end, (n,), m.
+) -> tuple[IntArray, FloatArray]:
+    """Return the street ends that ways through their junction run over, and how far out from the arm's end, (n,), m.
 
     There is a row for each place found. Detours, which may be as long as the earth is large, are left out: nobody
     drives them. `jobs` processes look for them.
     """
-    driven = np.flatnonzero(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
-    connecting = connecting.chosen(driven)
+    connecting = connecting.chosen(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
     row, arm, farthest = _others(ends, layout, parts, connecting)
     if not len(row):
-        return row, arm, np.zeros(0)
+        return arm, np.zeros(0)
     shares = list(blocks(len(row), _PAIRS_PER_SHARE))
     found = list(map_parallel(lambda share: _overrun(parts, connecting, row[share], arm[share]), shares, jobs))
     pair = np.concatenate([share.start + pair for share, (pair, _) in zip(shares, found, strict=True)])
     out = np.concatenate([out for _, out in found])
     near = out < farthest[pair]
-    return driven[row[pair[near]]], arm[pair[near]], out[near]
+    return arm[pair[near]], out[near]
 
 
 def beyond_streets(
@@ -125,19 +127,6 @@ def _streets_at(ends: StreetEnds, layout: JunctionLayout) -> tuple[IntArray, Int
     streets = len(at) // 2
     number, street = np.divmod(sorted_unique((at * streets + np.arange(len(at)) // 2)[at >= 0]), streets)
     return starts(np.bincount(number, minlength=len(layout.nodes))), street
-
-
-def trims_off_ways(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads, jobs: int = 1
-) -> FloatArray:
-    """Return how much street ends should give to their junction so that no way runs over the arm, (ends,), m.
-
-    That is 0 where none does. `layout` is that of the parts; `jobs` processes work on it.
-    """
-    far = np.zeros(len(layout.trim))
-    _, arm, out = ways_over_arms(ends, layout, parts, connecting, jobs)
-    np.maximum.at(far, arm, out)
-    return np.where(far > 0, layout.trim + far + _CLEARANCE, 0.0)
 
 
 def _others(
